@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The one file that knows numba: every kernel is plain Python until it is asked for compiled."""
+
+from functools import cache
+import hashlib
+import os
+from pathlib import Path
+
+KERNELS = {}
+
+
+def kernel(function):
+    """Return the function unchanged, and remember that compiled code may call it."""
+    KERNELS[f'{function.__module__}.{function.__qualname__}'] = function
+    return function
+
+
+@cache
+def fingerprint():
+    """SHA-256 (hex) over the sources of core: it changes when any formula changes."""
+    sources = sorted(Path(__file__).parent.glob('*.py'))
+    return hashlib.sha256(b''.join(path.read_bytes() for path in sources)).hexdigest()
+
+
+def cache_folder():
+    """Where what is slow to make is kept: `$XDG_CACHE_HOME/comply_ros` (`~/.cache` by default)."""
+    return Path(os.environ.get('XDG_CACHE_HOME') or Path.home() / '.cache') / 'comply_ros'
+
+
+@cache
+def compiled(entry):
+    """Return entry as machine code with all kernels it calls; without numba, entry itself."""
+    try:
+        import numba
+        from numba.extending import register_jitable
+    except ImportError:
+        return entry
+    for function in KERNELS.values():
+        if function is not entry:
+            register_jitable(function)
+    return numba.njit(nogil=True, error_model="numpy", cache=_keeps_code(numba))(entry)
+
+
+def _keeps_code(numba):
+    """Point numba at a cache of this very source; return False where it cannot be written.
+
+    numba notices a change of the compiled function, not of the functions that it calls:
+    a folder of its own for each state of the sources keeps old machine code from being run.
+    """
+    folder = cache_folder() / 'kernels' / fingerprint()[:16]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return False
+    numba.config.CACHE_DIR = str(folder)
+    return os.access(folder, os.W_OK)

@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Random numbers as an argument: every state met takes the same number of them, used or not."""
+
+import numpy as np
+
+BLOCK = 4096  # rows drawn at once; it does not change the numbers, only the speed
+
+
+def streams(seed):
+    """Generators of the world and of the learner, independent, from one seed."""
+    return [np.random.Generator(np.random.PCG64(child))
+            for child in np.random.SeedSequence(seed).spawn(2)]
+
+
+class Draws:
+    """Rows of uniforms from a generator: row n belongs to the n-th state met.
+
+    Args:
+        generator: `numpy.random.Generator`.
+        width: uniforms in a row.
+
+    """
+
+    def __init__(self, generator, width):
+        self._generator, self._width = generator, width
+        self._block = np.empty((0, width))
+        self._rows = iter(())
+
+    def row(self):
+        """Return the next row, as a list of floats."""
+        for row in self._rows:
+            return row
+        self._rows = iter(self._generator.random((BLOCK, self._width)).tolist())
+        return next(self._rows)
+
+    def block(self):
+        """Return the rows that come next, `[row, number]`, without using them up."""
+        if not len(self._block):
+            self._block = self._generator.random((BLOCK, self._width))
+        return self._block
+
+    def use(self, count):
+        """Use up the first rows of the block."""
+        self._block = self._block[count:]

@@ -1,0 +1,180 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The learner in the conversation: a state and a recommendation in, an action out."""
+
+from comply_ros.core.dialogue import (
+    Action, grid_of, Notice, problem_of_run, problem_of_state, Progress, Refused, turn)
+from comply_ros.core.draws import Draws, streams
+from comply_ros.core.grid import NO_ACTION
+from comply_ros.core.learning import choose, cool, DRAWS, learn
+from comply_ros.core.memory import Memory, TEMPERATURE
+from comply_ros.core.training import mean_return
+from comply_ros.core.world import World
+
+NOT_YET = (0, -1)  # before the first turn, which is (1, 0)
+
+
+class LearnerActor:
+    """Answers every state once, when the advice that it needs is there, and learns by the way.
+
+    Args:
+        method: the `Method`.
+        seed: of its decisions.
+        remembers_advice: whether to act at once in a state in which the mentor has spoken before,
+            on what it said then. What it says now is heard when it comes, and counts from the
+            next visit on. A mentor that does not change its mind makes no difference to the bits.
+
+    Attributes
+    ----------
+    memory: the `Memory`, None before a world is known.
+    finished: True when all iterations are done; from then on it answers nothing.
+
+    """
+
+    def __init__(self, method, seed, remembers_advice=True):
+        self._remembers_advice = remembers_advice
+        self.method, self.memory, self.world = method, None, None
+        self.iterations_done, self.steps, self.finished = 0, 0, False
+        self._numbers = method.numbers()
+        self._draws = Draws(streams(seed)[1], DRAWS)
+        self._run, self._early = None, None
+        self._forget_the_turn()
+        self._begin_iteration()
+
+    def hear_world(self, said):
+        """Return a `Notice`, and what is to be said about a state that came before.
+
+        The same world in a new run keeps what was learned; another world begins anew.
+
+        Raises:
+            ValueError: if it cannot be a world.
+
+        """
+        grid = grid_of(said)
+        if said.run == self._run:
+            return ()
+        self._run = said.run
+        self._forget_the_turn()
+        notice = f'goes on in world {said.name!r}, run {said.run}'
+        if self.world is None or self.world.grid != grid:
+            self.world = World(grid)
+            self.memory = Memory.fresh(self.world, self.method)
+            self._views = self.memory.views()
+            notice = f'begins to learn world {said.name!r}, run {said.run}'
+        early, self._early = self._early, None
+        return (Notice(notice), *(self.hear_state(early) if early else ()))
+
+    def hear_state(self, said):
+        """Return the `Action` in a state, if the advice for it is there.
+
+        A repeated question gets the same answer; an older one is dropped; one that cannot be
+        right is `Refused`.
+        """
+        if said.run != self._run:
+            self._early = said
+            return (problem_of_run(said, self._run, 'a state'),) if self._run is not None else ()
+        problem = problem_of_state(said, self.world)
+        if problem:
+            return (problem,)
+        if turn(said) == self._answered:
+            return (self._answer,) if self._answer else ()
+        if turn(said) < self._answered or (self._asked and turn(said) <= turn(self._asked)):
+            return ()
+        self._asked = said
+        if not self.method.needs_mentor() or said.terminated:
+            return self._respond(said, NO_ACTION)
+        heard = self._heard.get(said.state)
+        if heard and (self._remembers_advice or turn(heard) == turn(said)):
+            return self._respond(said, heard.action)
+        return ()
+
+    def hear_recommendation(self, said):
+        """Return the `Action` in the state that waited for this advice; else remember it."""
+        if said.run != self._run:
+            known = self._run is not None
+            return (problem_of_run(said, self._run, 'a recommendation'),) if known else ()
+        problem = self._problem_of_advice(said)
+        if problem:
+            return (problem,)
+        heard = self._heard.get(said.state)
+        if not heard or turn(said) > turn(heard):
+            self._heard[said.state] = said
+        if self._asked and said[:4] == self._asked[:4]:
+            return self._respond(self._asked, said.action)
+        return ()
+
+    def _problem_of_advice(self, said):
+        states = len(self.world.terminal)
+        if not 0 <= said.state < states:
+            return Refused('advice outside the grid', 'a recommendation must be for a state in '
+                           f'[0, {states - 1}], got {said.state}')
+        if said.action != NO_ACTION and not (
+                0 <= said.action < 4 and self.world.available[said.state, said.action]):
+            return Refused('advice not available', 'a recommendation must be an action that the '
+                           f'cell has, or {NO_ACTION}, got {said.action} in state {said.state}')
+        return None
+
+    def _respond(self, asked, advice):
+        """Change the memory: choose, then learn. Return what is to be said."""
+        s, u = asked.state, self._draws.row()
+        a, p = NO_ACTION, 0.0
+        if not asked.terminated:
+            a, p = choose(s, advice, *u, self._numbers, *self._views)
+        self._learn_from(asked, a)
+        self._previous = s, a, advice
+        self._answered, self._asked = turn(asked), None
+        if advice != NO_ACTION:
+            self._weighed, self._trusted = self._weighed + 1, self._trusted + p
+        followed = advice != NO_ACTION and u[0] < p
+        if asked.terminated or asked.truncated:
+            return self._end_episode(asked)
+        self._answer = Action(*asked[:3], a, followed, p)
+        return (self._answer,)
+
+    def _learn_from(self, asked, a):
+        """Change the memory by the step that led here, if it is known where it began."""
+        episode, step = self._answered
+        if asked.step == 0:
+            self._seen_whole, self._return = True, 0.0
+        elif (asked.episode, asked.step - 1) != (episode, step):
+            self._seen_whole = False
+        else:
+            self._return += asked.reward
+            self.steps += 1
+            if self.iterations_done >= self.method.measuring_iterations:
+                s, b, advice = self._previous
+                learn(s, b, asked.reward, asked.state, a, asked.terminated, advice,
+                      self._numbers, *self._views)
+
+    def _end_episode(self, asked):
+        """Return the `Action` that lets the next episode begin, and the `Progress` if any."""
+        self._answer = Action(*asked[:3], NO_ACTION, False, 0.0)
+        if self._seen_whole:
+            self._returns.append(self._return)
+        if len(self._returns) < self.method.episodes:
+            return (self._answer,)
+        progress = self._end_iteration()
+        if self.finished:
+            self._answer = None
+            return (progress,)
+        return (self._answer, progress)
+
+    def _end_iteration(self):
+        """Change schedule and counters; return the `Progress`."""
+        self.iterations_done += 1
+        self.finished = self.iterations_done == self.method.iterations
+        progress = Progress(
+            self._run, self.iterations_done, self.method.iterations, len(self._returns),
+            self.steps, mean_return(self._returns),
+            self._trusted / self._weighed if self._weighed else float('nan'),
+            float(self.memory.schedule[TEMPERATURE]), self.finished)
+        cool(self._numbers, self.memory.schedule)
+        self._begin_iteration()
+        return progress
+
+    def _begin_iteration(self):
+        self._returns, self._weighed, self._trusted = [], 0, 0.0
+
+    def _forget_the_turn(self):
+        self._answered, self._answer = NOT_YET, None
+        self._asked, self._previous, self._heard = None, None, {}
+        self._seen_whole, self._return = False, 0.0

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One step of every learner: `choose` the next action, then `learn` from the last."""
+
+from math import exp, pow
+
+from comply_ros.core.compiled import kernel
+from comply_ros.core.compliance import confidence, highest_but, NOTHING, update_belief
+from comply_ros.core.memory import CONFIDENCE, TEMPERATURE
+from comply_ros.core.method import NO_TRUST
+
+DRAWS = 2  # uniforms per state met: one to listen or not, one for the own choice
+
+
+@kernel
+def choose(s, advice, u_listen, u_act, method, q, visits, belief, arrivals, schedule):
+    """Action in state s, and the confidence p with which the advice was weighed: (3.2), (3.7).
+
+    advice: the mentor's action, -1 for none (then p is 0). u_listen, u_act: uniform in [0, 1).
+    The advice is followed where u_listen < p; otherwise the softmax of (2.24) decides.
+    """
+    if advice < 0 or method.trust == NO_TRUST:
+        return softmax_action(s, -1, u_act, schedule[TEMPERATURE], q), 0.0
+    p = confidence(s, method, belief, arrivals, schedule)
+    if u_listen < p:
+        return advice, p
+    excluded = advice if method.excludes_refused else -1
+    return softmax_action(s, excluded, u_act, schedule[TEMPERATURE], q), p
+
+
+@kernel
+def learn(s, a, r, s2, a2, done, advice, method, q, visits, belief, arrivals, schedule):
+    """Change q, visits, belief and arrivals by one transition: (2.15), (2.17), (2.26), (3.3).
+
+    done: s2 is terminal and worth nothing. advice: what the mentor said in s, -1 for nothing.
+    """
+    target = r
+    if not done:
+        following = highest_but(s2, -1, q) if method.off_policy else q[s2, a2]
+        target += method.discount * following
+    delta = target - q[s, advice] if advice >= 0 else 0.0
+    rate = learning_rate(visits[s, a], method)
+    q[s, a] += rate * (target - q[s, a])
+    visits[s, a] += method.visit_growth
+    arrivals[s] += 1.0
+    if advice >= 0:
+        update_belief(s, a, advice, delta, method, q, belief)
+
+
+@kernel
+def learning_rate(c, method):
+    """Learning rate of a state and action with visit count c, from 1 upwards (2.26)."""
+    if method.learning_rate_exponent == 1.0:
+        return method.learning_rate / c  # the same bits as with pow, sooner
+    return method.learning_rate / pow(c, method.learning_rate_exponent)
+
+
+@kernel
+def cool(method, schedule):
+    """Change schedule after an iteration: the confidence (3.6), then the temperature (2.25)."""
+    schedule[CONFIDENCE] *= method.confidence_factor
+    if schedule[CONFIDENCE] <= method.cooling_confidence:
+        cooler = schedule[TEMPERATURE] * method.temperature_factor
+        schedule[TEMPERATURE] = max(cooler, method.temperature_floor)
+
+
+@kernel
+def softmax_action(s, excluded, u, temperature, q):
+    """Action in state s by the Gibbs softmax (2.24), without the excluded one (-1: with all).
+
+    u: uniform in [0, 1). An action that the cell does not have is worth -inf and has weight 0. In
+    a cell with nothing but the excluded action, that action.
+    """
+    best = highest_but(s, excluded, q)
+    if best == NOTHING:
+        return excluded
+    scale = 1.0 / temperature
+    return drawn(u, weight(s, 0, excluded, best, scale, q),
+                 weight(s, 1, excluded, best, scale, q),
+                 weight(s, 2, excluded, best, scale, q),
+                 weight(s, 3, excluded, best, scale, q))
+
+
+@kernel
+def weight(s, a, excluded, best, scale, q):
+    """Unnormalised probability of one action (2.24): the best weighs 1, the excluded one 0.
+
+    scale: 1 / temperature.
+    """
+    if a == excluded:
+        return 0.0
+    return exp((q[s, a] - best) * scale)
+
+
+@kernel
+def drawn(u, w0, w1, w2, w3):
+    """Index drawn in proportion to the four weights; u: uniform in [0, 1)."""
+    c0 = w0
+    c1 = c0 + w1
+    c2 = c1 + w2
+    total = c2 + w3
+    x = u * total
+    if x >= total:  # rounded up: the last that has a weight
+        return 3 if w3 > 0.0 else 2 if w2 > 0.0 else 1 if w1 > 0.0 else 0
+    return int(x >= c0) + int(x >= c1) + int(x >= c2)

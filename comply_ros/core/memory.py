@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The arrays that a learner carries."""
+
+from dataclasses import dataclass
+import hashlib
+
+import numpy as np
+
+CONFIDENCE, TEMPERATURE = range(2)  # schedule[...]
+LISTEN, DISCARD = range(2)  # belief[s, ...]
+
+
+@dataclass(frozen=True)
+class Memory:
+    """What a learner has learned; the order of the fields is the order of its digest.
+
+    Attributes
+    ----------
+    q: `q[s, a]`, float64: action values; -inf where the cell has no such action.
+    visits: `visits[s, a]`, float64: the c of the learning rate (2.26), from 1 upwards.
+    belief: `belief[s, 0]` for listening, `belief[s, 1]` for discarding, float64: alpha and beta
+        of (3.7), or the two values of (3.10).
+    arrivals: `arrivals[s]`, float64: how often s was left, from 1 upwards.
+    schedule: float64: the confidence p of (3.6), the temperature of (2.25).
+
+    """
+
+    q: np.ndarray
+    visits: np.ndarray
+    belief: np.ndarray
+    arrivals: np.ndarray
+    schedule: np.ndarray
+
+    @classmethod
+    def fresh(cls, world, method):
+        """Return the memory of a learner that has seen nothing of the world yet."""
+        states = len(world.terminal)
+        first_belief = (method.belief_listen, method.belief_discard)
+        return cls(
+            q=np.where(world.available, method.initial_value, -np.inf),
+            visits=np.ones((states, 4)),
+            belief=np.tile(np.array(first_belief), (states, 1)),
+            arrivals=np.ones(states),
+            schedule=np.array([method.confidence, method.temperature]))
+
+    def arrays(self):
+        """Return the arrays in the order of the fields, without copying them."""
+        return tuple(getattr(self, name) for name in self.__dataclass_fields__)
+
+    def views(self):
+        """Return the same arrays as memoryviews: single elements come three times as fast."""
+        return tuple(memoryview(array) for array in self.arrays())
+
+    def digest(self):
+        """SHA-256 (hex) over all arrays, in the order of the fields, little endian."""
+        sha = hashlib.sha256()
+        for array in self.arrays():
+            sha.update(array.astype('<f8').tobytes())
+        return sha.hexdigest()

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The grid world as a Markov decision process in arrays, and one move in it."""
+
+import numpy as np
+
+from comply_ros.core.compiled import kernel
+from comply_ros.core.grid import GOAL, NO_ACTION, OBSTACLE, STEPS
+
+
+class World:
+    """The arrays of a grid's MDP.
+
+    Attributes
+    ----------
+    grid: the `Grid` that it was made from.
+    successor: `successor[s, b]`, int32: where move b leads from s, -1 where there is no such move.
+    reward: `reward[s, b]`, float64: what that move earns.
+    terminal: `terminal[s]`, bool: True at a goal.
+    starts: int32: the states in which an episode can begin.
+
+    """
+
+    def __init__(self, grid):
+        self.grid = grid
+        cells = np.frombuffer(grid.cells.encode(), dtype='S1')
+        self.terminal = cells == GOAL.encode()
+        self.obstacle = cells == OBSTACLE.encode()
+        self.starts = np.array(grid.starts, dtype=np.int32)
+        self.successor = np.full((len(cells), len(STEPS)), -1, dtype=np.int32)
+        self.reward = np.zeros((len(cells), len(STEPS)))
+        for action in range(len(STEPS)):
+            self._add_moves(action)
+
+    def _add_moves(self, action):
+        """Change successor and reward: fill in the column of one action."""
+        grid, (dx, dy) = self.grid, STEPS[action]
+        s = np.arange(len(self.terminal), dtype=np.int32)
+        x, y = s % grid.width + dx, s // grid.width + dy
+        exists = (0 <= x) & (x < grid.width) & (0 <= y) & (y < grid.height)
+        target = np.where(exists, y * grid.width + x, 0)
+        bumps = self.obstacle[target]
+        earned = np.where(self.terminal[target], grid.goal_reward, grid.step_reward)
+        self.reward[:, action] = np.where(bumps, grid.obstacle_reward, earned)
+        self.successor[:, action] = np.where(exists, np.where(bumps, s, target), NO_ACTION)
+
+    @property
+    def free(self):
+        """`free[s]`, bool: True where an agent can stand and act."""
+        return ~(self.obstacle | self.terminal)
+
+    @property
+    def available(self):
+        """`available[s, a]`, bool: True where the cell has the action."""
+        return self.successor >= 0
+
+
+@kernel
+def taken_action(s, a, u, intended, successor):
+    """Action that really happens when a is meant in state s: (2.22), (3.4).
+
+    u: uniform in [0, 1). Below `intended` the move is as meant; the rest of the interval is
+    shared evenly by the other actions of the cell.
+    """
+    if u < intended:
+        return a
+    others = 0
+    for b in range(4):
+        if b != a and successor[s, b] >= 0:
+            others += 1
+    if others == 0:
+        return a
+    pick = min(int((u - intended) / (1.0 - intended) * others), others - 1)
+    for b in range(4):
+        if b != a and successor[s, b] >= 0:
+            if pick == 0:
+                return b
+            pick -= 1
+    return a
+
+
+@kernel
+def first_state(u, starts):
+    """Start of an episode: one of `starts`, equally likely. u: uniform in [0, 1)."""
+    return starts[min(int(u * len(starts)), len(starts) - 1)]

@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where every executable starts. It imports next to nothing: Ctrl-C is heard from here on."""
+
+from importlib import import_module
+import os
+import signal
+import sys
+
+
+def _start(module, interrupted):
+    """Run `main` of a module; until it takes over, Ctrl-C ends the process with that code."""
+    signal.signal(signal.SIGINT, lambda *_: os._exit(interrupted))
+    return import_module(f'comply_ros.{module}').main(sys.argv)
+
+
+def grid_world():
+    """Run the node that publishes states and rewards."""
+    return _start('nodes.grid_world', interrupted=0)
+
+
+def mentor():
+    """Run the node that serves recommended actions."""
+    return _start('nodes.mentor', interrupted=0)
+
+
+def learner():
+    """Run the node that learns."""
+    return _start('nodes.learner', interrupted=0)
+
+
+def lesson():
+    """Run the three nodes as processes, to their results."""
+    return _start('nodes.lesson', interrupted=130)
+
+
+def topic():
+    """Look at topics where there is no `ros2 topic`."""
+    return _start('nodes.topic', interrupted=0)
+
+
+def train():
+    """Run the same learning in one process."""
+    return _start('experiments.train', interrupted=130)

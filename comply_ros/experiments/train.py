@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`train`: the same learning in one process, for one seed or for many in parallel."""
+
+from concurrent.futures import as_completed, ThreadPoolExecutor
+import os
+import time
+
+from comply_ros.core.method import MethodError
+from comply_ros.core.training import Training
+from comply_ros.core.world import World
+from comply_ros.session.ending import end_session
+from comply_ros.session.mentors import mentor_policy
+from comply_ros.session.options import main_with, session_parser
+from comply_ros.session.results import save_learning
+from comply_ros.session.screen import progress_bar, words
+
+
+def main(argv):
+    """Run the command; return the exit code."""
+    parser = session_parser('train', 'Learn in one process: the same bits as the nodes, faster.')
+    parser.add_argument('--seeds', type=int, default=1, metavar='N',
+                        help='repeat with the seeds K to K+N-1, in parallel (default: 1)')
+    return main_with(parser, run, argv)
+
+
+def run(options):
+    """Train for every seed, write the results, return the exit code."""
+    count = options.rest.seeds
+    if count < 1:
+        raise MethodError(f'seeds must be at least 1, got {count}')
+    world = World(options.grid)
+    with progress_bar() as bar:
+        advice = mentor_policy(options.spec, world, options.mentor_seed)
+        task = bar.add_task(options.method, total=count * options.row.iterations, now='')
+
+        def tell(iteration):
+            now = words(iteration.mean_return, iteration.confidence) if count == 1 else ''
+            bar.update(task, advance=1, now=now)
+        outcomes = train_all(options, world, advice, range(options.seed, options.seed + count),
+                             tell)
+    end_session(options, advice, outcomes)
+    return 0
+
+
+def train_all(options, world, advice, seeds, tell):
+    """Outcomes of all seeds, in their order; the compiled loops run on all cores at once."""
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        jobs = [pool.submit(train_one, options, world, advice, seed, tell) for seed in seeds]
+        try:
+            for job in as_completed(jobs):
+                job.result()
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
+    first = jobs[0].result()[1]
+    save_learning(options.out / 'learning.npz', options.row, first.memory)
+    return [job.result()[0] for job in jobs]
+
+
+def train_one(options, world, advice, seed, tell):
+    """Outcome of one seed, and its `Training`; tell is called with every `Iteration`."""
+    training = Training(world, advice, options.row, seed)
+    begin, returns, steps = time.perf_counter(), [], 0
+    for _ in range(options.row.iterations):
+        iteration = training.iterate()
+        returns.append(iteration.mean_return)
+        steps += iteration.steps
+        tell(iteration)
+    return {'seed': seed, 'returns': returns, 'steps': steps,
+            'wall_seconds': time.perf_counter() - begin,
+            'digest': training.memory.digest()}, training

@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`lesson`: the three nodes as processes, started, watched, and ended with their results."""
+
+from contextlib import contextmanager
+from pathlib import Path
+import sys
+import time
+
+from comply_msgs.srv import Save
+import numpy as np
+import rclpy
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+import yaml
+
+from comply_ros.core.method import FIELDS, MethodError
+from comply_ros.nodes.processes import NodeDied, NodeProcess
+from comply_ros.nodes.topics import decoder, MENTOR_POLICY, PROGRESS, SAVE, WORLD
+from comply_ros.session.ending import end_session
+from comply_ros.session.options import main_with, session_parser
+from comply_ros.session.screen import console, progress_bar, words
+
+NODES = ('grid_world', 'mentor', 'learner')
+LOOK = 0.1  # seconds between looks at whether the nodes live
+
+
+class LessonFailed(RuntimeError):
+    """A lesson without results; the message says why."""
+
+
+class Observer(Node):
+    """Listens to what is reported, and keeps it.
+
+    Attributes
+    ----------
+    progress: list of `Progress`, one an iteration, without gaps.
+    advice: `advice[s]` that the mentor published, None before.
+    began: when the world was first described, in seconds of the monotonic clock; None before.
+
+    """
+
+    def __init__(self, namespace, on_progress):
+        super().__init__('lesson', namespace=namespace)
+        self.progress, self.advice, self.began = [], None, None
+        self._on_progress = on_progress
+        for topic, hear in ((PROGRESS, self._hear_progress), (WORLD, self._hear_world),
+                            (MENTOR_POLICY, self._hear_policy)):
+            self._listen(topic, decoder(topic), hear)
+        self._save = self.create_client(Save, SAVE)
+
+    def _listen(self, topic, decode, hear):
+        self.create_subscription(topic.message, topic.name,
+                                 lambda message: hear(decode(message)), topic.qos)
+
+    def save(self, path):
+        """Ask the learner to write what it learned; return the future of its response."""
+        return self._save.call_async(Save.Request(path=str(path)))
+
+    def others(self):
+        """Names of the topics of this lesson that more than one node speaks on."""
+        return [topic.name for topic in (WORLD, PROGRESS)
+                if len(self.get_publishers_info_by_topic(self.resolve_topic_name(topic.name))) > 1]
+
+    def _hear_world(self, said):
+        self.began = self.began or time.monotonic()
+
+    def _hear_policy(self, said):
+        self.advice = np.array(said.action, dtype=np.int8)
+
+    def _hear_progress(self, said):
+        if said.iteration != len(self.progress) + 1:
+            raise LessonFailed(f'iteration {len(self.progress) + 1} must be reported next, '
+                               f'got iteration {said.iteration}')
+        self.progress.append(said)
+        self._on_progress(said)
+
+
+def parameters(options):
+    """Parameters of the three nodes, as a table for a parameter file."""
+    row = {name: getattr(options.row, name) for name in FIELDS}
+    common = {'profile': options.profile, 'seed': options.seed}
+    return {
+        'grid_world': {'map': _absolute(options.map), **common},
+        'mentor': {'mentor': _absolute_mentor(options), 'seed': options.mentor_seed},
+        'learner': {'method': options.method, **common, **row}}
+
+
+def write_parameters(options):
+    """Write the parameter file of the lesson and return its path."""
+    path = options.out / 'parameters.yaml'
+    table = {f'/**/{name}': {'ros__parameters': values}
+             for name, values in parameters(options).items()}
+    path.write_text('# What this lesson was run with: --ros-args --params-file parameters.yaml\n'
+                    + yaml.safe_dump(table, sort_keys=False))
+    return path
+
+
+def _absolute(name):
+    return str(Path(name).expanduser().resolve()) if Path(name).suffix else name
+
+
+def _absolute_mentor(options):
+    kind, _, path = options.mentor.partition(':')
+    return f'file:{_absolute(path)}' if kind == 'file' else options.mentor
+
+
+@contextmanager
+def running(options):
+    """The three nodes, as processes that end with the block, whatever happens in it."""
+    arguments = ['--params-file', str(write_parameters(options))]
+    if options.rest.namespace:
+        arguments += ['-r', f'__ns:=/{options.rest.namespace.strip("/")}']
+    if options.rest.rate:
+        arguments += ['-p', f'rate:={options.rest.rate:f}']
+    started = []
+    try:
+        for name in NODES:
+            started.append(NodeProcess(name, arguments, options.out))
+        yield started
+    finally:
+        for process in started:
+            process.interrupt()
+        for process in started:
+            process.wait()
+
+
+def main(argv):
+    """Run the command; return the exit code."""
+    parser = session_parser('lesson', 'Teach a learner over topics, in three processes.')
+    parser.add_argument('--namespace', default='', metavar='NAME',
+                        help='of the three nodes, for a second lesson at the same time')
+    parser.add_argument('--rate', type=float, default=0.0, metavar='HZ',
+                        help='steps per second, to watch; 0: as fast as it goes (default)')
+    return main_with(parser, run, argv)
+
+
+def run(options):
+    """Hold the lesson, write the results, return the exit code."""
+    if not 0 <= options.rest.rate <= 1000:
+        raise MethodError(f'rate must lie in [0, 1000], got {options.rest.rate:g}')
+    rclpy.init()
+    try:
+        advice, outcome = hold(options)
+    except ExternalShutdownException:
+        raise KeyboardInterrupt from None
+    except (NodeDied, LessonFailed) as failure:
+        print(f'lesson: {failure}', file=sys.stderr)
+        return 1
+    finally:
+        rclpy.try_shutdown()
+    end_session(options, advice, [outcome])
+    return 0
+
+
+def hold(options):
+    """Return the mentor's advice and the outcome of a lesson in three processes."""
+    executor = SingleThreadedExecutor()
+    with progress_bar() as bar, running(options) as processes:
+        task = bar.add_task(options.method, total=options.row.iterations, now='starting')
+
+        def tell(said):
+            rate = said.steps / (time.monotonic() - observer.began)
+            bar.update(task, completed=said.iteration,
+                       now=words(said.mean_return, said.confidence, rate))
+        observer = Observer(options.rest.namespace, tell)
+        executor.add_node(observer)
+
+        def spin_until(reached):
+            while not reached():
+                for process in processes:
+                    process.check()
+                if observer.others():
+                    raise LessonFailed('somebody else speaks on the topics of this lesson, '
+                                       f'{observer.others()}: give it a --namespace of its own')
+                executor.spin_once(timeout_sec=LOOK)
+        spin_until(lambda: observer.progress and observer.progress[-1].finished)
+        seconds = time.monotonic() - observer.began
+        spin_until(lambda: observer.advice is not None)
+        saved = observer.save((options.out / 'learning.npz').resolve())
+        spin_until(saved.done)
+    if not saved.result().success:
+        raise LessonFailed(f'the learner could not save: {saved.result().message}')
+    return observer.advice, {
+        'seed': options.seed, 'returns': [said.mean_return for said in observer.progress],
+        'steps': observer.progress[-1].steps, 'wall_seconds': seconds,
+        'digest': saved.result().digest}

@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The node that serves recommended actions."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+from comply_msgs.srv import Recommend
+
+from comply_ros.core.dialogue import Refused
+from comply_ros.core.grid import NO_ACTION
+from comply_ros.core.mentor_actor import MentorActor
+from comply_ros.core.mentors import MentorError
+from comply_ros.core.planning import PlanningError
+from comply_ros.core.policy import PolicyError
+from comply_ros.nodes.actor_node import ActorNode, run_node
+from comply_ros.nodes.parameters import MENTOR, MENTOR_SEED, ParameterError
+from comply_ros.nodes.topics import (
+    MENTOR_POLICY, Policy, RECOMMEND, RECOMMENDATION, STATE, WORLD)
+from comply_ros.session.mentors import is_slow, mentor_policy, read_spec
+
+POLL = 0.02  # seconds between looks at a mentor that is being generated
+
+
+class Mentor(ActorNode):
+    """Recommends an action in every state, by a policy made for the world that is described."""
+
+    def __init__(self, **kwargs):
+        super().__init__('mentor', **kwargs)
+        self._spec, self._seed = read_spec(self.declare(MENTOR)), self.declare(MENTOR_SEED)
+        self.actor = MentorActor()
+        self._workers = ThreadPoolExecutor(1, 'generate')
+        self._generated, self._poll = None, None
+        for topic in (RECOMMENDATION, MENTOR_POLICY):
+            self.speaks_on(topic)
+        self.create_service(Recommend, RECOMMEND, self.recommend)
+        self.listens_to(WORLD, self.hear_world)
+        self.listens_to(STATE, self.actor.hear_state)
+
+    def hear_world(self, said):
+        """Return the advice for a state that came early; begin to make a policy if one is due."""
+        try:
+            if not self.actor.hear_world(said):
+                return (self._map_of_advice(said), *self.actor.hear_held())
+        except ValueError as error:
+            return (Refused('not a world', f'a world must be whole: {error}'),)
+        if is_slow(self._spec, self.actor.world, self._seed):
+            self.get_logger().info('generating this mentor; it is remembered for the next start')
+        self._generated = self._workers.submit(
+            mentor_policy, self._spec, self.actor.world, self._seed)
+        self._described = said
+        if self._poll is None:
+            self._poll = self.create_timer(POLL, self._look)
+        return ()
+
+    def recommend(self, request, response):
+        """Answer the service: the action for a state, or why there is none."""
+        try:
+            response.action, response.success = self.actor.advice(request.state), True
+        except ValueError as error:
+            response.action, response.success, response.message = NO_ACTION, False, str(error)
+        return response
+
+    def _look(self):
+        """Use the policy as soon as it is generated."""
+        if not self._generated.done():
+            return
+        self.destroy_timer(self._poll)
+        self._poll = None
+        utterances = self.actor.use(self._generated.result())
+        self.get_logger().info(f'advises in world {self._described.name!r}')
+        self.say((self._map_of_advice(self._described), *utterances))
+
+    def _map_of_advice(self, world):
+        return Policy(world.run, world.width, world.height, self.actor.policy)
+
+
+def main(argv):
+    """Run the node; return the exit code."""
+    return run_node(Mentor, argv, (ParameterError, MentorError, PolicyError, PlanningError))

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters with descriptors, declared from what core knows of them."""
+
+from typing import NamedTuple
+
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
+
+from comply_ros.core.method import FIELDS, METHODS
+
+SEED_LIMIT = 2 ** 53
+
+
+class ParameterError(ValueError):
+    """A parameter that cannot be; the message names it, the rule and the value."""
+
+
+class Parameter(NamedTuple):
+    """One parameter of a node: its name, default and meaning, and what it may be."""
+
+    name: str
+    default: object
+    text: str
+    low: float = None
+    high: float = None
+    choices: tuple = None
+    changes: bool = False  # whether it may change while the node runs
+
+
+def field_parameters(method):
+    """Parameters of the learner for every field of `Method`, with that row's values."""
+    return [Parameter(name, getattr(method, name), row.metadata['text'], row.metadata['low'],
+                      row.metadata['high'], row.metadata.get('choices'))
+            for name, row in FIELDS.items()]
+
+
+MAP = Parameter('map', 'maze', 'Name of a map that comes with the package, or a file')
+PROFILE = Parameter(
+    'profile', 'published', 'Settings of the text of the report, or of the runs behind its '
+    'figures', choices=tuple(METHODS))
+SEED = Parameter('seed', 0, 'Seed of the random numbers', 0, SEED_LIMIT)
+RATE = Parameter(
+    'rate', 0.0, 'Steps per second; 0: as fast as the loop goes', 0, 1000, changes=True)
+METHOD = Parameter(
+    'method', 'beta_implicit', 'How to learn; sets the defaults of the parameters below',
+    choices=tuple(METHODS['published']))
+MENTOR = Parameter(
+    'mentor', 'snapshot:0.75', 'optimal, random, adversarial, noisy:P, snapshot:Q, file:PATH '
+    'or none')
+MENTOR_SEED = Parameter(
+    'seed', 0, 'Which one of the mentors of this kind', 0, SEED_LIMIT)
+MAP_PERIOD = Parameter(
+    'map_period', 1.0, 'Least time between two maps over all states, in seconds', 0, 3600)
+REMEMBERS_ADVICE = Parameter(
+    'remembers_advice', True, 'In a state in which the mentor has spoken before, act at once on '
+    'what it said then; what it says now counts from the next visit on')
+
+ALL_NAMES = {p.name for p in (MAP, PROFILE, SEED, RATE, METHOD, MENTOR, MAP_PERIOD,
+                               REMEMBERS_ADVICE)} | set(FIELDS)
+
+
+def declare(node, parameter):
+    """Declare a parameter and return its value.
+
+    Raises:
+        ParameterError: for a value of another type, out of range, or not among the choices.
+
+    """
+    try:
+        value = node.declare_parameter(parameter.name, parameter.default,
+                                       descriptor(parameter)).value
+    except (InvalidParameterTypeException, InvalidParameterValueException) as error:
+        raise ParameterError(_sentence(node, parameter, error)) from None
+    if parameter.choices and value not in parameter.choices:
+        raise ParameterError(f'parameter {parameter.name} must be one of '
+                             f'{", ".join(parameter.choices)}, got {value!r}')
+    return value
+
+
+def descriptor(parameter):
+    """`ParameterDescriptor` with description and range."""
+    described = ParameterDescriptor(description=parameter.text, read_only=not parameter.changes)
+    if parameter.choices:
+        described.additional_constraints = 'one of ' + ', '.join(parameter.choices)
+    if parameter.low is not None and type(parameter.default) is float:
+        described.floating_point_range = [FloatingPointRange(
+            from_value=float(parameter.low), to_value=float(parameter.high))]
+    if parameter.low is not None and type(parameter.default) is int:
+        described.integer_range = [IntegerRange(
+            from_value=int(parameter.low), to_value=int(parameter.high))]
+    return described
+
+
+def unknown_overrides(node):
+    """Names that were given a value, on the command line or in a file, but mean nothing here."""
+    given = getattr(node, '_parameter_overrides', {})
+    ours = ALL_NAMES | {'use_sim_time', 'start_type_description_service'}
+    return [name for name in given if name not in ours and '.' not in name]
+
+
+def _sentence(node, parameter, error):
+    given = getattr(node, '_parameter_overrides', {}).get(parameter.name)
+    value = error if given is None else repr(given.value)
+    if isinstance(error, InvalidParameterValueException):
+        return (f'parameter {parameter.name} must lie in [{parameter.low:g}, '
+                f'{parameter.high:g}], got {value}')
+    kind = {bool: 'true or false', int: 'an integer such as 1', str: 'a string',
+            float: 'a double such as 1.0 (with a point)'}[type(parameter.default)]
+    return f'parameter {parameter.name} must be {kind}, got {value}'

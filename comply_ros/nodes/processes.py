@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The nodes of a lesson as processes: started together, watched, and ended cleanly."""
+
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+
+START = 'import sys; from comply_ros.entry import {0}; sys.argv[0] = "{0}"; sys.exit({0}())'
+LAST_LINES = 12
+PATIENCE = 5.0  # seconds that a node has to end after Ctrl-C
+
+
+class NodeDied(RuntimeError):
+    """A node that ended by itself; the message has its name, exit code and last lines."""
+
+
+class NodeProcess:
+    """One of our nodes in a process of its own, with its output in a file.
+
+    Args:
+        name: of the executable.
+        arguments: after `--ros-args`.
+        folder: where `NAME.log` goes.
+
+    """
+
+    def __init__(self, name, arguments, folder):
+        self.name, self.log = name, Path(folder) / f'{name}.log'
+        with self.log.open('wb') as output:
+            self._process = subprocess.Popen(
+                [sys.executable, '-c', START.format(name), '--ros-args', *arguments],
+                stdout=output, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL,
+                start_new_session=True)  # Ctrl-C is for the lesson, which then ends its nodes
+
+    @property
+    def pid(self):
+        """Process id."""
+        return self._process.pid
+
+    def check(self):
+        """Return if the node lives.
+
+        Raises:
+            NodeDied: if it does not.
+
+        """
+        code = self._process.poll()
+        if code is not None:
+            raise NodeDied(f'{self.name} ended with {_code(code)}; its last lines:\n'
+                           f'{self.last_lines()}')
+
+    def last_lines(self):
+        """Return the end of what the node printed, indented."""
+        lines = self.log.read_text(errors='replace').splitlines()[-LAST_LINES:]
+        return '\n'.join(f'    {line}' for line in lines) or '    (it printed nothing)'
+
+    def interrupt(self):
+        """Ask the node to end, as Ctrl-C does."""
+        if self._process.poll() is None:
+            os.kill(self.pid, signal.SIGINT)
+
+    def wait(self):
+        """Return its exit code; a node that does not end in time is killed."""
+        try:
+            return self._process.wait(PATIENCE)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            return self._process.wait()
+
+
+def _code(code):
+    return f'exit code {code}' if code >= 0 else f'signal {signal.Signals(-code).name}'

@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The end of a session: its summary, its pictures and its table, the same for every driver."""
+
+import numpy as np
+
+from comply_ros.core.planning import Yardstick
+from comply_ros.core.policy import format_policy
+from comply_ros.core.world import World
+from comply_ros.session.pictures import draw_learning_curve, draw_trust_map
+from comply_ros.session.results import summarize, write_summary
+from comply_ros.session.screen import show_table
+
+
+def end_session(options, advice, outcomes):
+    """Write and show what the runs of a session came to; return the summary.
+
+    Args:
+        options: the `Options`.
+        advice: `advice[s]` of the mentor.
+        outcomes: one table for each seed, with `seed, returns, steps, wall_seconds, digest`;
+            `learning.npz` of the first is already in the folder.
+
+    """
+    world = World(options.grid)
+    yardstick = Yardstick(world)
+    has_mentor = options.spec.kind != 'none'
+    mentor_return = yardstick.return_of(advice) if has_mentor else None
+    singles = [summarize(options, yardstick, mentor_return, **each) for each in outcomes]
+    summary = singles[0] if len(singles) == 1 else _lists(singles)
+    files = [write_summary(options.out, summary), options.out / 'learning.npz',
+             options.out / 'learning_curve.png']
+    curves = np.array([each['returns'] for each in outcomes])
+    draw_learning_curve(files[-1], curves, singles[0])
+    if has_mentor:
+        files += [options.out / 'mentor.txt', options.out / 'trust_map.png']
+        files[-2].write_text(format_policy(advice, world))
+        with np.load(options.out / 'learning.npz') as learned:
+            draw_trust_map(files[-1], world, advice, learned['confidence'],
+                           learned['arrivals'] > 1, singles[0])
+    show_table(singles[0], files)
+    return summary
+
+
+def _lists(singles):
+    """One table of many: what differs from seed to seed becomes a list."""
+    always = ('seed', 'steps', 'wall_seconds', 'steps_per_second', 'return_per_iteration',
+              'time_to_convergence', 'reward_ratio', 'regret', 'final_return', 'digest')
+    return {key: [each[key] for each in singles] if key in always else value
+            for key, value in singles[0].items()}

@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Maps from files: those that come with the package, by name, and any other, by path."""
+
+from importlib.resources import files
+from pathlib import Path
+
+import yaml
+
+from comply_ros.core.grid import FREE, Grid, MapError, OBSTACLE
+from comply_ros.core.method import METHODS
+
+KEYS = ('intended', 'step_limit', 'rewards', 'profiles', 'starts', 'rows')
+REWARDS = ('step', 'obstacle', 'goal')
+
+
+def map_names():
+    """Names of the maps that come with the package."""
+    found = (Path(entry.name) for entry in files('comply_ros').joinpath('maps').iterdir())
+    return sorted(entry.stem for entry in found if entry.suffix == '.yaml')
+
+
+def read_map(name, profile):
+    """`Grid` of a map that comes with the package or of a file, with the rewards of a profile.
+
+    Raises:
+        MapError: if there is no such map or it breaks a rule; the message names the map.
+
+    """
+    try:
+        return parse_map(_text_of(name), profile)
+    except MapError as error:
+        raise MapError(f'map {name!r}: {error}') from None
+
+
+def _text_of(name):
+    if name in map_names():
+        return files('comply_ros').joinpath('maps', f'{name}.yaml').read_text()
+    try:
+        return Path(name).expanduser().read_text()
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, 'strerror', None) or 'it is not text'
+        raise MapError(f'a map must be one of {", ".join(map_names())} or a readable file '
+                       f'({reason.lower()})') from None
+
+
+def parse_map(text, profile):
+    """`Grid` of a map's YAML text.
+
+    Raises:
+        MapError: naming the rule that is broken and the value.
+
+    """
+    content = _parse_yaml(text)
+    _check_keys(content)
+    rows = _rows(content['rows'])
+    step, obstacle, goal = _rewards(content, profile, rows)
+    return Grid(rows=rows, starts=_starts(content['starts'], rows),
+                step_reward=step, obstacle_reward=obstacle, goal_reward=goal,
+                intended=_number(content['intended'], 'intended'),
+                step_limit=_whole(content['step_limit'], 'step_limit'))
+
+
+def _parse_yaml(text):
+    try:
+        content = yaml.safe_load(text)
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        mark = getattr(error, 'problem_mark', None)
+        where = f' at line {mark.line + 1}' if mark else ''
+        raise MapError(f'a map must be YAML, and this is not{where}') from None
+    if not isinstance(content, dict):
+        raise MapError(f'a map must be a table of {", ".join(KEYS)}, '
+                       f'got {type(content).__name__}')
+    return content
+
+
+def _check_keys(content):
+    for key in content:
+        if key not in KEYS:
+            raise MapError(f'a map has the keys {", ".join(KEYS)}, got {key!r}')
+    for key in KEYS:
+        if key not in content and key != 'profiles':
+            raise MapError(f'a map needs the key {key!r}')
+
+
+def _rows(rows):
+    if not isinstance(rows, list) or not all(isinstance(row, str) for row in rows):
+        raise MapError(f"rows must be a list of texts such as '..#G', got {_short(rows)}")
+    return tuple(rows)
+
+
+def _rewards(content, profile, rows):
+    changes = content.get('profiles') or {}
+    for key in (profile, *changes):
+        if key not in METHODS:
+            raise MapError(f'a profile must be one of {", ".join(METHODS)}, got {key!r}')
+    rewards = {**_table(content['rewards'], 'rewards'),
+               **_table(changes.get(profile) or {}, f'profile {profile}')}
+    if 'obstacle' not in rewards and not any(OBSTACLE in row for row in rows):
+        rewards['obstacle'] = rewards.get('step')
+    for key in REWARDS:
+        if key not in rewards:
+            raise MapError(f'rewards need the key {key!r}')
+    return [_number(rewards[key], f'reward of {key}') for key in REWARDS]
+
+
+def _table(rewards, name):
+    if not isinstance(rewards, dict) or not set(rewards) <= set(REWARDS):
+        raise MapError(f'{name} must be a table of {", ".join(REWARDS)}, got {_short(rewards)}')
+    return rewards
+
+
+def _starts(starts, rows):
+    if not rows:
+        return ()
+    width, height = len(rows[0]), len(rows)
+    if starts == 'anywhere':
+        return tuple(s for s, cell in enumerate(''.join(reversed(rows))) if cell == FREE)
+    if not isinstance(starts, list) or not all(_is_a_place(start) for start in starts):
+        raise MapError("starts must be 'anywhere' or a list of [x, y], in whole numbers, "
+                       f'got {_short(starts)}')
+    for x, y in starts:
+        if not (0 <= x < width and 0 <= y < height):
+            raise MapError(f'a start must lie in the grid of {width} x {height} cells, '
+                           f'got ({x}, {y})')
+    return tuple(y * width + x for x, y in starts)
+
+
+def _is_a_place(start):
+    return isinstance(start, list) and len(start) == 2 and all(type(n) is int for n in start)
+
+
+def _number(value, name):
+    if type(value) not in (int, float):
+        raise MapError(f'{name} must be a number, got {_short(value)}')
+    return float(value)
+
+
+def _whole(value, name):
+    if type(value) is not int:
+        raise MapError(f'{name} must be a whole number, got {_short(value)}')
+    return value
+
+
+def _short(value):
+    text = repr(value)
+    return text if len(text) <= 60 else text[:57] + '...'

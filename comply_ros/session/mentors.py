@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Mentors from files, and those that take long to make, remembered for the next time."""
+
+import hashlib
+import os
+from pathlib import Path
+import tempfile
+
+from comply_ros.core import mentors
+from comply_ros.core.compiled import cache_folder, fingerprint
+from comply_ros.core.mentors import MentorError, parse_spec
+from comply_ros.core.policy import format_policy, parse_policy, PolicyError
+
+
+def read_spec(text):
+    """`Spec` of a mentor; the `file:` kind carries the text of its file, read now.
+
+    Raises:
+        MentorError: for an unknown mentor or a file that cannot be read.
+
+    """
+    spec = parse_spec(text)
+    if spec.kind != 'file':
+        return spec
+    try:
+        return spec._replace(value=Path(spec.value).expanduser().read_text())
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, 'strerror', None) or 'it is not text'
+        raise MentorError(f'a policy file must be readable, got {spec.value!r} '
+                          f'({reason.lower()})') from None
+
+
+def is_slow(spec, world, seed):
+    """Tell whether this mentor must first be generated, and is not remembered."""
+    return spec.kind == 'snapshot' and not _remembered(spec, world, seed).exists()
+
+
+def mentor_policy(spec, world, seed, on_progress=lambda share: None):
+    """`advice[s]`, int8, of a mentor from `read_spec`; -1 for no advice.
+
+    Raises:
+        PolicyError: for a policy file that does not fit the world.
+
+    """
+    if spec.kind == 'file':
+        return parse_policy(spec.value, world)
+    if spec.kind != 'snapshot':
+        return mentors.make_policy(spec, world, seed, on_progress)
+    path = _remembered(spec, world, seed)
+    try:
+        return parse_policy(path.read_text(), world)
+    except (OSError, UnicodeDecodeError, PolicyError):  # not there yet, or spoiled: make it
+        policy = mentors.make_policy(spec, world, seed, on_progress)
+    _remember(path, format_policy(policy, world))
+    return policy
+
+
+def _remembered(spec, world, seed):
+    """File of a generated mentor: of this world, this kind and this state of the sources."""
+    key = f'{world.grid.hash} {spec.kind} {spec.value!r} {seed} {fingerprint()}'
+    return cache_folder() / 'mentors' / f'{hashlib.sha256(key.encode()).hexdigest()[:24]}.txt'
+
+
+def _remember(path, text):
+    """Write a file aside and rename it; a cache that cannot be written is no reason to stop."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile('w', dir=path.parent, delete=False) as aside:
+            aside.write(text)
+        os.replace(aside.name, path)
+    except OSError:
+        return

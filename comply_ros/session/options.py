@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a session is asked to do: the options that `train` and `lesson` share, checked at once."""
+
+import argparse
+from dataclasses import dataclass
+from pathlib import Path
+import sys
+
+from comply_ros.core.grid import Grid, MapError
+from comply_ros.core.mentors import MentorError, Spec
+from comply_ros.core.method import find_method, Method, MethodError, METHODS, with_text
+from comply_ros.core.planning import PlanningError
+from comply_ros.core.policy import parse_policy, PolicyError
+from comply_ros.core.world import World
+from comply_ros.session.maps import map_names, read_map
+from comply_ros.session.mentors import read_spec
+from comply_ros.session.results import OutputError, prepare_folder
+
+MISTAKES = (MapError, MentorError, MethodError, OutputError, PlanningError, PolicyError)
+
+
+@dataclass(frozen=True)
+class Options:
+    """A checked session: what was asked for, and what it means.
+
+    Attributes
+    ----------
+    map, profile, method, mentor, mentor_seed, seed: as given.
+    settings: table of what `--set`, `--iterations` and `--episodes` changed.
+    grid, row, spec: the `Grid`, `Method` and mentor `Spec` that these stand for.
+    out: `Path` of the folder for the results.
+    rest: the parsed command line, for options that only one command has.
+
+    """
+
+    map: str
+    profile: str
+    method: str
+    mentor: str
+    mentor_seed: int
+    seed: int
+    settings: dict
+    grid: Grid
+    row: Method
+    spec: Spec
+    out: Path
+    rest: argparse.Namespace
+
+
+def session_parser(program, description):
+    """`ArgumentParser` with the options that `train` and `lesson` share."""
+    parser = argparse.ArgumentParser(program, description=description)
+    add = parser.add_argument
+    add('--map', default='maze', metavar='NAME|FILE',
+        help=f'{", ".join(map_names())}, or a map file (default: %(default)s)')
+    add('--method', default='beta_implicit', metavar='NAME',
+        help=f'{", ".join(METHODS["published"])} (default: %(default)s)')
+    add('--mentor', default='snapshot:0.75', metavar='SPEC',
+        help='optimal, random, adversarial, noisy:P, snapshot:Q, file:PATH, none '
+        '(default: %(default)s)')
+    add('--mentor-seed', type=int, default=0, metavar='K',
+        help='which one of the mentors of this kind (default: %(default)s)')
+    add('--profile', default='published', metavar='NAME',
+        help='report: as its text says; published: as the runs behind its figures '
+        '(default: %(default)s)')
+    add('--iterations', metavar='N', help="(default: the method's own, 400 or 600)")
+    add('--episodes', metavar='N', help="per iteration (default: the method's own, mostly 15)")
+    add('--seed', type=int, default=0, metavar='K', help='(default: %(default)s)')
+    add('--set', action='append', default=[], metavar='FIELD=VALUE', dest='changes',
+        help='change one field of the method; may be repeated')
+    add('--out', metavar='DIR', help='(default: runs/MAP-METHOD-SEED)')
+    return parser
+
+
+def check_options(given):
+    """`Options` of a parsed command line. Everything that can be wrong is said now.
+
+    Raises:
+        one of MISTAKES: naming the thing, the rule and the value.
+
+    """
+    row = find_method(given.method, given.profile)
+    settings = {}
+    for name, text in _changes(given):
+        row = with_text(row, name, text)
+        settings[name] = getattr(row, name)
+    if row.iterations == 0:
+        raise MethodError('a session needs an end: iterations must be at least 1, got 0')
+    for name in ('seed', 'mentor_seed'):
+        if getattr(given, name) < 0:
+            raise MethodError(f'{name} must be at least 0, got {getattr(given, name)}')
+    grid, spec = read_map(given.map, given.profile), read_spec(given.mentor)
+    if spec.kind == 'file':
+        parse_policy(spec.value, World(grid))
+    name = f'{Path(given.map).stem}-{given.method}-{given.seed}'
+    return Options(given.map, given.profile, given.method, given.mentor, given.mentor_seed,
+                   given.seed, settings, grid, row, spec,
+                   prepare_folder(given.out or Path('runs') / name), given)
+
+
+def _changes(given):
+    for change in given.changes:
+        name, equals, text = change.partition('=')
+        if not equals:
+            raise MethodError(f'--set takes FIELD=VALUE, got {change!r}')
+        yield name, text
+    for name in ('iterations', 'episodes'):
+        if getattr(given, name) is not None:
+            yield name, getattr(given, name)
+
+
+
+
+def main_with(parser, run, argv):
+    """Parse a command line, run it, and return the exit code; a mistake is one line and 2."""
+    given = parser.parse_args(argv[1:])
+    try:
+        return run(check_options(given))
+    except MISTAKES as mistake:
+        print(f'{parser.prog}: {mistake}', file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print(f'{parser.prog}: interrupted', file=sys.stderr)
+        return 130

@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What is left of a session: `learning.npz`, `summary.json`, and the numbers in it."""
+
+import json
+import os
+from pathlib import Path
+import tempfile
+
+import numpy as np
+
+from comply_ros.core import metrics
+from comply_ros.core.compliance import confidences
+
+
+class OutputError(ValueError):
+    """An output folder that cannot be written; the message names it and the reason."""
+
+
+def prepare_folder(path):
+    """Make a folder to write results to, and return its `Path`.
+
+    Raises:
+        OutputError: if it cannot be written.
+
+    """
+    folder = Path(path).expanduser()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return folder
+    except OSError as error:
+        raise OutputError(f'an output folder must be writable, got {str(path)!r} '
+                          f'({error.strerror.lower()})') from None
+
+
+def save_learning(path, method, memory):
+    """Write the learner's arrays and `confidence[s]` to an .npz file, aside, then rename it.
+
+    Raises:
+        OSError: if it cannot be written; what was there stays.
+
+    """
+    path = Path(path)
+    arrays = dict(zip(memory.__dataclass_fields__, memory.arrays()))
+    aside = tempfile.NamedTemporaryFile(dir=path.parent, suffix='.npz', delete=False)
+    try:
+        with aside:
+            np.savez_compressed(aside, **arrays, confidence=np.array(confidences(method, memory)))
+        os.replace(aside.name, path)
+    except BaseException:
+        os.unlink(aside.name)
+        raise
+
+
+def summarize(options, yardstick, mentor_return, *, seed, returns, steps, wall_seconds, digest):
+    """One run as the table that `summary.json` holds; nothing in it is infinite or nan.
+
+    Args:
+        options: the `Options` of the session.
+        yardstick: the `Yardstick` of its world.
+        mentor_return: exact expected return of the mentor's policy, None without a mentor.
+        seed: of this run.
+        returns: mean return of each iteration.
+        steps: actions taken.
+        wall_seconds: of the learning.
+        digest: of the learner's arrays.
+
+    """
+    threshold = metrics.threshold(options.profile, yardstick.optimal_return)
+    convergence = metrics.time_to_convergence(options.profile, returns, threshold)
+    optimality = None if mentor_return is None else yardstick.optimality(mentor_return)
+    return {
+        'map': options.map, 'profile': options.profile, 'method': options.method,
+        'mentor': options.mentor, 'mentor_seed': options.mentor_seed,
+        'mentor_return': mentor_return, 'mentor_optimality': optimality,
+        'optimal_return': yardstick.optimal_return, 'random_return': yardstick.random_return,
+        'seed': seed, 'iterations': len(returns), 'episodes': options.row.episodes,
+        'settings': options.settings, 'steps': steps, 'wall_seconds': wall_seconds,
+        'steps_per_second': steps / wall_seconds, 'return_per_iteration': list(returns),
+        'convergence_threshold': threshold, 'time_to_convergence': convergence,
+        'reward_ratio': metrics.reward_ratio(returns, convergence, yardstick.optimal_return),
+        'regret': metrics.regret(returns, yardstick.optimal_return),
+        'final_return': returns[-1], 'digest': digest}
+
+
+def write_summary(folder, summary):
+    """Write `summary.json`, aside, then rename it; return its path."""
+    path = Path(folder) / 'summary.json'
+    aside = path.with_suffix('.json.part')
+    aside.write_text(json.dumps(summary, indent=2, allow_nan=False) + '\n')
+    os.replace(aside, path)
+    return path

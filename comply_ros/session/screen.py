@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a session shows at the terminal: a progress bar while it runs, a table at its end."""
+
+from rich.console import Console
+from rich.progress import (
+    BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeRemainingColumn)
+from rich.table import Table
+
+console = Console(stderr=True, highlight=False)
+
+
+def progress_bar():
+    """Return a `rich` progress bar, to be used in a `with`; `show` moves it."""
+    return Progress(
+        SpinnerColumn(), TextColumn('{task.description}'), BarColumn(bar_width=28),
+        MofNCompleteColumn(), TextColumn('{task.fields[now]}'), TimeRemainingColumn(),
+        console=console)
+
+
+def words(mean_return, confidence, steps_per_second=None):
+    """How an iteration went, in one phrase for the progress bar."""
+    said = [f'return {mean_return:7.2f}']
+    if confidence == confidence:  # nan: nobody to trust
+        said.append(f'confidence {confidence:.2f}')
+    if steps_per_second:
+        said.append(f'{steps_per_second:,.0f} steps/s')
+    return '  '.join(said)
+
+
+def show_table(summary, pictures):
+    """Print what was reached, and where the files are."""
+    table = Table(show_header=False, box=None, padding=(0, 2, 0, 0))
+    for name, value, remark in _rows(summary):
+        table.add_row(name, value, f'[dim]{remark}[/]')
+    console.print()
+    console.print(table)
+    console.print()
+    for path in pictures:
+        console.print(f'  {path}', soft_wrap=True)
+
+
+def _rows(summary):
+    returns, convergence = summary['return_per_iteration'], summary['time_to_convergence']
+    yield 'optimal policy', f'{summary["optimal_return"]:.2f}', 'expected return of an episode'
+    if summary['mentor_return'] is not None:
+        yield ('mentor', f'{summary["mentor_return"]:.2f}',
+               f'{summary["mentor"]}, {summary["mentor_optimality"]:.1%} optimal')
+    yield 'random policy', f'{summary["random_return"]:.2f}', ''
+    yield 'learner, first', f'{returns[0]:.2f}', f'{summary["method"]}, mean of an iteration'
+    yield 'learner, last', f'{returns[-1]:.2f}', f'iteration {len(returns)}'
+    yield ('converged after', 'never' if convergence is None else f'{convergence}',
+           f'iterations at {summary["convergence_threshold"]:.2f} ({summary["profile"]} rule)')
+    yield ('steps', f'{summary["steps"]:,}',
+           f'{summary["steps_per_second"]:,.0f} a second, {summary["wall_seconds"]:.1f} s')
+    yield 'digest', summary['digest'][:16], 'the same options give the same bits'
