@@ -38,11 +38,12 @@ def compiled(entry):
     for function in KERNELS.values():
         if function is not entry:
             register_jitable(function)
-    return numba.njit(nogil=True, error_model="numpy", cache=_keeps_code(numba))(entry)
+    return numba.njit(nogil=True, error_model='numpy', cache=_keeps_code(numba))(entry)
 
 
 def _keeps_code(numba):
-    """Point numba at a cache of this very source; return False where it cannot be written.
+    """
+    Point numba at a cache of this very source; return False where it cannot be written.
 
     numba notices a change of the compiled function, not of the functions that it calls:
     a folder of its own for each state of the sources keeps old machine code from being run.

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The confidence in the mentor, state by state, and what a step teaches about it."""
 
-from math import exp, log, pow
+import math
 
 from comply_ros.core.compiled import kernel
 from comply_ros.core.memory import CONFIDENCE, DISCARD, LISTEN
@@ -25,7 +25,8 @@ def confidence(s, method, belief, arrivals, schedule):
 
 @kernel
 def update_belief(s, a, advice, delta, method, q, belief):
-    """Change belief[s] after the step in which action a was taken in state s: (4.2), (3.12).
+    """
+    Change belief[s] after the step in which action a was taken in state s: (4.2), (3.12).
 
     advice: the mentor's action in s. delta: what the step earned beyond q[s, advice] (3.8), taken
     before q was updated; q is the updated one.
@@ -38,7 +39,8 @@ def update_belief(s, a, advice, delta, method, q, belief):
 
 @kernel
 def beta_mean(alpha, beta):
-    """Mean of Beta(alpha, beta), the p that is used in practice (section 4.1.1).
+    """
+    Mean of Beta(alpha, beta), the p that is used in practice (section 4.1.1).
 
     Where nothing is left of the belief (alpha + beta = 0: the published runs cut both at 0), the
     mentor is not followed. Outside of [0, 1], where the text's unbounded (4.2) can lead, the
@@ -91,20 +93,20 @@ def highest_but(s, excluded, q):
 @kernel
 def listen_temperature(arrivals, method):
     """Temperature of (3.11) in a state that was left `arrivals - 1` times before."""
-    return method.listen_temperature / pow(arrivals, method.listen_temperature_exponent)
+    return method.listen_temperature / math.pow(arrivals, method.listen_temperature_exponent)
 
 
 @kernel
 def sigmoid(x):
     """Logistic function, without overflow for any x."""
     if x >= 0.0:
-        return 1.0 / (1.0 + exp(-x))
-    return exp(x) / (1.0 + exp(x))
+        return 1.0 / (1.0 + math.exp(-x))
+    return math.exp(x) / (1.0 + math.exp(x))
 
 
 def listening_lead(p, temperature):
     """First value of listening over discarding that makes p the confidence (3.13)."""
-    return temperature * log(p / (1.0 - p))
+    return temperature * math.log(p / (1.0 - p))
 
 
 def confidences(method, memory):

@@ -21,7 +21,7 @@ class WorldDescription(NamedTuple):
     goal_reward: float
     intended: float
     step_limit: int
-    hash: str
+    sha256: str
 
 
 class StateReward(NamedTuple):
@@ -106,14 +106,16 @@ def describe(grid, name, run):
         run=run, name=name, width=grid.width, height=grid.height, rows=grid.rows,
         starts=grid.starts, step_reward=grid.step_reward, obstacle_reward=grid.obstacle_reward,
         goal_reward=grid.goal_reward, intended=grid.intended, step_limit=grid.step_limit,
-        hash=grid.hash)
+        sha256=grid.sha256)
 
 
 def grid_of(said):
-    """`Grid` of a `WorldDescription`.
+    """
+    `Grid` of a `WorldDescription`.
 
-    Raises:
-        ValueError: if it breaks a rule of the map, or is not what its hash says.
+    Raises
+    ------
+    ValueError: if it breaks a rule of the map, or is not what its hash says.
 
     """
     grid = Grid(tuple(said.rows), tuple(said.starts), said.step_reward, said.obstacle_reward,
@@ -121,9 +123,9 @@ def grid_of(said):
     if (grid.width, grid.height) != (said.width, said.height):
         raise ValueError(f'width and height must be those of the rows, {grid.width} x '
                          f'{grid.height}, got {said.width} x {said.height}')
-    if grid.hash != said.hash:
-        raise ValueError(f'hash must be that of the world, {grid.hash[:8]}..., '
-                         f'got {said.hash[:8]!r}')
+    if grid.sha256 != said.sha256:
+        raise ValueError(f'sha256 must be that of the world, {grid.sha256[:8]}..., '
+                         f'got {said.sha256[:8]!r}')
     return grid
 
 

@@ -7,17 +7,19 @@ BLOCK = 4096  # rows drawn at once; it does not change the numbers, only the spe
 
 
 def streams(seed):
-    """Generators of the world and of the learner, independent, from one seed."""
+    """Return the generators of the world and of the learner, independent, from one seed."""
     return [np.random.Generator(np.random.PCG64(child))
             for child in np.random.SeedSequence(seed).spawn(2)]
 
 
 class Draws:
-    """Rows of uniforms from a generator: row n belongs to the n-th state met.
+    """
+    Rows of uniforms from a generator: row n belongs to the n-th state met.
 
-    Args:
-        generator: `numpy.random.Generator`.
-        width: uniforms in a row.
+    Parameters
+    ----------
+    generator: `numpy.random.Generator`.
+    width: uniforms in a row.
 
     """
 

@@ -20,22 +20,25 @@ class MapError(ValueError):
 
 @dataclass(frozen=True)
 class Grid:
-    """A rectangular grid world.
+    """
+    A rectangular grid world.
 
-    Args:
-        rows: the cells as text, top row first: `.` free, `#` obstacle, `G` goal (terminal).
-        starts: the states in which an episode can begin, equally likely.
-        step_reward: reward of a step onto a free cell (below 0).
-        obstacle_reward: reward of bumping into an obstacle; the agent stays (below 0).
-        goal_reward: reward of reaching the goal.
-        intended: probability that a move goes where it was meant to; otherwise it takes one of
-            the cell's other actions, uniformly.
-        step_limit: number of steps after which an episode is truncated.
+    Parameters
+    ----------
+    rows: the cells as text, top row first: `.` free, `#` obstacle, `G` goal (terminal).
+    starts: the states in which an episode can begin, equally likely.
+    step_reward: reward of a step onto a free cell (below 0).
+    obstacle_reward: reward of bumping into an obstacle; the agent stays (below 0).
+    goal_reward: reward of reaching the goal.
+    intended: probability that a move goes where it was meant to; otherwise it takes one of
+        the cell's other actions, uniformly.
+    step_limit: number of steps after which an episode is truncated.
 
     A state is `y * width + x`, (0, 0) at the lower left.
 
-    Raises:
-        MapError: with the rule that is broken.
+    Raises
+    ------
+    MapError: with the rule that is broken.
 
     """
 
@@ -68,7 +71,7 @@ class Grid:
         return ''.join(reversed(self.rows))
 
     @property
-    def hash(self):
+    def sha256(self):
         """SHA-256 (hex) of everything above: equal hashes mean equal worlds."""
         parts = [f'{f.name}={getattr(self, f.name)!r}' for f in fields(self)]
         return hashlib.sha256('\n'.join(parts).encode()).hexdigest()

@@ -2,7 +2,15 @@
 """The learner in the conversation: a state and a recommendation in, an action out."""
 
 from comply_ros.core.dialogue import (
-    Action, grid_of, Notice, problem_of_run, problem_of_state, Progress, Refused, turn)
+    Action,
+    grid_of,
+    Notice,
+    problem_of_run,
+    problem_of_state,
+    Progress,
+    Refused,
+    turn,
+)
 from comply_ros.core.draws import Draws, streams
 from comply_ros.core.grid import NO_ACTION
 from comply_ros.core.learning import choose, cool, DRAWS, learn
@@ -14,14 +22,16 @@ NOT_YET = (0, -1)  # before the first turn, which is (1, 0)
 
 
 class LearnerActor:
-    """Answers every state once, when the advice that it needs is there, and learns by the way.
+    """
+    Answers every state once, when the advice that it needs is there, and learns by the way.
 
-    Args:
-        method: the `Method`.
-        seed: of its decisions.
-        remembers_advice: whether to act at once in a state in which the mentor has spoken before,
-            on what it said then. What it says now is heard when it comes, and counts from the
-            next visit on. A mentor that does not change its mind makes no difference to the bits.
+    Parameters
+    ----------
+    method: the `Method`.
+    seed: of its decisions.
+    remembers_advice: whether to act at once in a state in which the mentor has spoken before,
+        on what it said then. What it says now is heard when it comes, and counts from the
+        next visit on. A mentor that does not change its mind makes no difference to the bits.
 
     Attributes
     ----------
@@ -41,12 +51,14 @@ class LearnerActor:
         self._begin_iteration()
 
     def hear_world(self, said):
-        """Return a `Notice`, and what is to be said about a state that came before.
+        """
+        Return a `Notice`, and what is to be said about a state that came before.
 
         The same world in a new run keeps what was learned; another world begins anew.
 
-        Raises:
-            ValueError: if it cannot be a world.
+        Raises
+        ------
+        ValueError: if it cannot be a world.
 
         """
         grid = grid_of(said)
@@ -64,7 +76,8 @@ class LearnerActor:
         return (Notice(notice), *(self.hear_state(early) if early else ()))
 
     def hear_state(self, said):
-        """Return the `Action` in a state, if the advice for it is there.
+        """
+        Return the `Action` in a state, if the advice for it is there.
 
         A repeated question gets the same answer; an older one is dropped; one that cannot be
         right is `Refused`.

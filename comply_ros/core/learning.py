@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """One step of every learner: `choose` the next action, then `learn` from the last."""
 
-from math import exp, pow
+import math
 
 from comply_ros.core.compiled import kernel
 from comply_ros.core.compliance import confidence, highest_but, NOTHING, update_belief
@@ -13,7 +13,8 @@ DRAWS = 2  # uniforms per state met: one to listen or not, one for the own choic
 
 @kernel
 def choose(s, advice, u_listen, u_act, method, q, visits, belief, arrivals, schedule):
-    """Action in state s, and the confidence p with which the advice was weighed: (3.2), (3.7).
+    """
+    Return the action in state s, and the p with which advice was weighed: (3.2), (3.7).
 
     advice: the mentor's action, -1 for none (then p is 0). u_listen, u_act: uniform in [0, 1).
     The advice is followed where u_listen < p; otherwise the softmax of (2.24) decides.
@@ -29,7 +30,8 @@ def choose(s, advice, u_listen, u_act, method, q, visits, belief, arrivals, sche
 
 @kernel
 def learn(s, a, r, s2, a2, done, advice, method, q, visits, belief, arrivals, schedule):
-    """Change q, visits, belief and arrivals by one transition: (2.15), (2.17), (2.26), (3.3).
+    """
+    Change q, visits, belief and arrivals by one transition: (2.15), (2.17), (2.26), (3.3).
 
     done: s2 is terminal and worth nothing. advice: what the mentor said in s, -1 for nothing.
     """
@@ -51,7 +53,7 @@ def learning_rate(c, method):
     """Learning rate of a state and action with visit count c, from 1 upwards (2.26)."""
     if method.learning_rate_exponent == 1.0:
         return method.learning_rate / c  # the same bits as with pow, sooner
-    return method.learning_rate / pow(c, method.learning_rate_exponent)
+    return method.learning_rate / math.pow(c, method.learning_rate_exponent)
 
 
 @kernel
@@ -65,7 +67,8 @@ def cool(method, schedule):
 
 @kernel
 def softmax_action(s, excluded, u, temperature, q):
-    """Action in state s by the Gibbs softmax (2.24), without the excluded one (-1: with all).
+    """
+    Draw an action in state s by the Gibbs softmax (2.24), without the excluded one (-1: all).
 
     u: uniform in [0, 1). An action that the cell does not have is worth -inf and has weight 0. In
     a cell with nothing but the excluded action, that action.
@@ -82,13 +85,14 @@ def softmax_action(s, excluded, u, temperature, q):
 
 @kernel
 def weight(s, a, excluded, best, scale, q):
-    """Unnormalised probability of one action (2.24): the best weighs 1, the excluded one 0.
+    """
+    Unnormalised probability of one action (2.24): the best weighs 1, the excluded one 0.
 
     scale: 1 / temperature.
     """
     if a == excluded:
         return 0.0
-    return exp((q[s, a] - best) * scale)
+    return math.exp((q[s, a] - best) * scale)
 
 
 @kernel

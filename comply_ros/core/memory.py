@@ -12,14 +12,15 @@ LISTEN, DISCARD = range(2)  # belief[s, ...]
 
 @dataclass(frozen=True)
 class Memory:
-    """What a learner has learned; the order of the fields is the order of its digest.
+    """
+    What a learner has learned; the order of the fields is the order of its digest.
 
     Attributes
     ----------
     q: `q[s, a]`, float64: action values; -inf where the cell has no such action.
     visits: `visits[s, a]`, float64: the c of the learning rate (2.26), from 1 upwards.
     belief: `belief[s, 0]` for listening, `belief[s, 1]` for discarding, float64: alpha and beta
-        of (3.7), or the two values of (3.10).
+    of (3.7), or the two values of (3.10).
     arrivals: `arrivals[s]`, float64: how often s was left, from 1 upwards.
     schedule: float64: the confidence p of (3.6), the temperature of (2.25).
 

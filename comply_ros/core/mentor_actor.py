@@ -7,7 +7,8 @@ from comply_ros.core.world import World
 
 
 class MentorActor:
-    """Answers every state with its policy's action; holds the last one until it has a policy.
+    """
+    Answers every state with its policy's action; holds the last one until it has a policy.
 
     Attributes
     ----------
@@ -22,10 +23,12 @@ class MentorActor:
         self._run, self._held = None, None
 
     def hear_world(self, said):
-        """Return whether this is another world, for which a policy is needed.
+        """
+        Return whether this is another world, for which a policy is needed.
 
-        Raises:
-            ValueError: if it cannot be a world.
+        Raises
+        ------
+        ValueError: if it cannot be a world.
 
         """
         grid = grid_of(said)
@@ -60,10 +63,12 @@ class MentorActor:
                                self.policy[said.state]),)
 
     def advice(self, state):
-        """Action for a state: -1 for no advice, also where nobody can act.
+        """
+        Return the action for a state: -1 for no advice, also where nobody can act.
 
-        Raises:
-            ValueError: if the state is outside of the grid, or there is no policy yet.
+        Raises
+        ------
+        ValueError: if the state is outside of the grid, or there is no policy yet.
 
         """
         if self.policy is None:

@@ -8,7 +8,12 @@ import numpy as np
 from comply_ros.core.grid import NO_ACTION
 from comply_ros.core.method import find_method
 from comply_ros.core.planning import (
-    action_values, greedy, optimal_policy, optimal_values, Yardstick)
+    action_values,
+    greedy,
+    optimal_policy,
+    optimal_values,
+    Yardstick,
+)
 from comply_ros.core.training import Training
 
 CLOSE_ENOUGH = 0.005  # a snapshot this near to the wanted optimality ends the search
@@ -27,10 +32,12 @@ class Spec(NamedTuple):
 
 
 def parse_spec(text):
-    """`Spec` of a mentor as it is written: `optimal`, `noisy:0.2`, `snapshot:0.75`, `file:PATH`.
+    """
+    `Spec` of a mentor as it is written: `optimal`, `noisy:0.2`, `snapshot:0.75`, `file:PATH`.
 
-    Raises:
-        MentorError: for an unknown kind, a missing value or one out of its range.
+    Raises
+    ------
+    MentorError: for an unknown kind, a missing value or one out of its range.
 
     """
     kind, colon, value = text.partition(':')
@@ -54,13 +61,13 @@ def _level(kind, text):
 
 
 def make_policy(spec, world, seed, on_progress=lambda share: None):
-    """`advice[s]`, int8, of every mentor but `file`; -1 for no advice.
+    """
+    `advice[s]`, int8, of every mentor but `file`; -1 for no advice.
 
-    Args:
-        spec: `Spec`.
-        world: the `World`.
-        seed: which one of the mentors of this kind.
-        on_progress: told the share that is done, from 0 to 1, by a mentor that takes long.
+    spec: `Spec`.
+    world: the `World`.
+    seed: which one of the mentors of this kind.
+    on_progress: told the share that is done, from 0 to 1, by a mentor that takes long.
 
     """
     generator = np.random.Generator(np.random.PCG64(seed))
@@ -91,7 +98,8 @@ def noisy_policy(world, noise, generator):
 
 
 def snapshot_policy(world, level, seed, on_progress):
-    """`advice[s]`: greedy (3.5) towards a half-trained SARSA learner, section 3.3.
+    """
+    `advice[s]`: greedy (3.5) towards a half-trained SARSA learner, section 3.3.
 
     Of all iterations of one learning, the one whose exact optimality is nearest to `level`.
     """

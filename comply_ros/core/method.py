@@ -22,13 +22,15 @@ def _field(default, text, low=None, high=None, **metadata):
 
 @dataclass(frozen=True)
 class Method:
-    """One learner: how it updates, how it explores, whom it trusts.
+    """
+    One learner: how it updates, how it explores, whom it trusts.
 
     Every field is a parameter of the learner node and a FIELD of `--set FIELD=VALUE`; its range
     and meaning stand in the field's metadata.
 
-    Raises:
-        MethodError: for a value of the wrong type or out of its range.
+    Raises
+    ------
+    MethodError: for a value of the wrong type or out of its range.
 
     """
 
@@ -115,10 +117,12 @@ def _kind(kind):
 
 
 def with_text(method, name, text):
-    """Return the method with one field read from text, as in `--set NAME=TEXT`.
+    """
+    Return the method with one field read from text, as in `--set NAME=TEXT`.
 
-    Raises:
-        MethodError: for an unknown field, a text of the wrong type, a value out of its range.
+    Raises
+    ------
+    MethodError: for an unknown field, a text of the wrong type, a value out of its range.
 
     """
     if name not in FIELDS:
@@ -133,10 +137,12 @@ def with_text(method, name, text):
 
 
 def find_method(name, profile):
-    """Row of a method in a profile.
+    """
+    Row of a method in a profile.
 
-    Raises:
-        MethodError: for an unknown name or profile.
+    Raises
+    ------
+    MethodError: for an unknown name or profile.
 
     """
     if profile not in METHODS:

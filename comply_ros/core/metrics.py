@@ -6,7 +6,8 @@ PUBLISHED_THRESHOLD = 4.9 / 5.8386  # the published runs: 4.9 where the optimal 
 
 
 def threshold(profile, optimal_return):
-    """Mean return of an iteration above which a learner counts as converged.
+    """
+    Mean return of an iteration above which a learner counts as converged.
 
     `report`: 99 % of the optimal return. `published`: 4.9 in `maze`, and as near to the optimal
     return on any other map; below it by the same share where the optimal return is negative.
@@ -16,7 +17,8 @@ def threshold(profile, optimal_return):
 
 
 def time_to_convergence(profile, returns, level):
-    """Iterations until the learner has converged, or None if it never does.
+    """
+    Return the iterations until the learner has converged, or None if it never does.
 
     `report`: after this number the return stays above the level. `published`: the number of
     iterations at or below the level, wherever they are.
@@ -29,7 +31,8 @@ def time_to_convergence(profile, returns, level):
 
 
 def reward_ratio(returns, convergence, optimal_return):
-    """Return collected until convergence over what the optimal policy collects in that time.
+    """
+    Return collected until convergence over what the optimal policy collects in that time.
 
     Over all iterations where there is no convergence; None where it takes no time at all.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What can be computed when the world is known: optimal values, and the exact value of a policy."""
+"""What follows from a known world: optimal values, and the exact value of a policy."""
 
 import numpy as np
 
@@ -14,7 +14,8 @@ class PlanningError(ArithmeticError):
 
 
 def action_values(world, values, discount=1.0):
-    """`q[s, a]` one step ahead of `values[s]` (2.12); -inf where the cell has no such action.
+    """
+    `q[s, a]` one step ahead of `values[s]` (2.12); -inf where the cell has no such action.
 
     The other actions of the cell share what is left of the intended probability: (2.22), (3.4).
     """
@@ -27,10 +28,12 @@ def action_values(world, values, discount=1.0):
 
 
 def optimal_values(world, discount=1.0):
-    """`v[s]` of the optimal policy, by value iteration (2.14); 0 in terminal and obstacle cells.
+    """
+    `v[s]` of the optimal policy, by value iteration (2.14); 0 in terminal and obstacle cells.
 
-    Raises:
-        PlanningError: if the values still change after 100,000 sweeps.
+    Raises
+    ------
+    PlanningError: if the values still change after 100,000 sweeps.
 
     """
     values, free = np.zeros(len(world.terminal)), world.free
@@ -76,7 +79,8 @@ def chances(world, pi):
 
 
 def expected_return(world, pi):
-    """Exact expected return of `pi[s, a]` from the starts, undiscounted, over the step limit.
+    """
+    Exact expected return of `pi[s, a]` from the starts, undiscounted, over the step limit.
 
     Policy evaluation (2.11), one sweep a step: nothing is sampled.
     """
@@ -89,7 +93,8 @@ def expected_return(world, pi):
 
 
 class Yardstick:
-    """The returns that a mentor and a learner are measured against.
+    """
+    The returns that a mentor and a learner are measured against.
 
     Attributes
     ----------

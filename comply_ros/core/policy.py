@@ -11,11 +11,13 @@ class PolicyError(ValueError):
 
 
 def parse_policy(text, world):
-    """`policy[s]`, int8, from text with one line a row, top row first; -1 where there is no advice.
+    """
+    `policy[s]`, int8, from text with one line a row, top row first; -1 where there is no advice.
 
-    Raises:
-        PolicyError: for another shape, an unknown character, obstacles or goals elsewhere than in
-            the map, or an action that the cell does not have.
+    Raises
+    ------
+    PolicyError: for another shape, an unknown character, obstacles or goals elsewhere than in
+        the map, or an action that the cell does not have.
 
     """
     grid, lines = world.grid, text.split()
@@ -38,10 +40,12 @@ def parse_policy(text, world):
 
 
 def checked_policy(policy, world):
-    """Return the policy.
+    """
+    Return the policy.
 
-    Raises:
-        PolicyError: for advice that its cell does not have.
+    Raises
+    ------
+    PolicyError: for advice that its cell does not have.
 
     """
     advised = np.flatnonzero(policy != NO_ACTION)

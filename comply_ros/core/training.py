@@ -24,13 +24,15 @@ number: from 1. mean_return: per episode. confidence: mean p over the decisions 
 
 
 class Training:
-    """A learner, its world and its mentor in one process.
+    """
+    A learner, its world and its mentor in one process.
 
-    Args:
-        world: the `World`.
-        advice: `advice[s]`, int8: the mentor's action, -1 for none.
-        method: the `Method`.
-        seed: of the world's and the learner's random numbers.
+    Parameters
+    ----------
+    world: the `World`.
+    advice: `advice[s]`, int8: the mentor's action, -1 for none.
+    method: the `Method`.
+    seed: of the world's and the learner's random numbers.
 
     Attributes
     ----------
@@ -93,7 +95,8 @@ def mean_return(returns):
 def play(learns, step_limit, intended, starts, successor, reward, terminal, advice, method,
          q, visits, belief, arrivals, schedule, place, tally, returns, lengths,
          moves, decisions):
-    """Change place, tally, returns, lengths and the learner's arrays; return the states met.
+    """
+    Change place, tally, returns, lengths and the learner's arrays; return the states met.
 
     Plays until the iteration has all its episodes or the draws are used up, whichever is first.
     place: episode of the iteration, step (-1 before the first state), state, action.

@@ -8,7 +8,8 @@ from comply_ros.core.grid import GOAL, NO_ACTION, OBSTACLE, STEPS
 
 
 class World:
-    """The arrays of a grid's MDP.
+    """
+    The arrays of a grid's MDP.
 
     Attributes
     ----------
@@ -56,7 +57,8 @@ class World:
 
 @kernel
 def taken_action(s, a, u, intended, successor):
-    """Action that really happens when a is meant in state s: (2.22), (3.4).
+    """
+    Return the action that really happens when a is meant in state s: (2.22), (3.4).
 
     u: uniform in [0, 1). Below `intended` the move is as meant; the rest of the interval is
     shared evenly by the other actions of the cell.

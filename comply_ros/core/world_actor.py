@@ -1,21 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
 """The grid world in the conversation: an action in, the next state out."""
 
-from comply_ros.core.dialogue import (
-    describe, Episode, problem_of_run, Refused, StateReward, turn)
+from comply_ros.core.dialogue import describe, Episode, problem_of_run, Refused, StateReward, turn
 from comply_ros.core.draws import Draws, streams
 from comply_ros.core.grid import NO_ACTION
 from comply_ros.core.world import first_state, taken_action, World
 
 
 class WorldActor:
-    """Asks one question at a time: the current state. An answer to it brings the next.
+    """
+    Asks one question at a time: the current state. An answer to it brings the next.
 
-    Args:
-        grid: the `Grid`.
-        name: what to call it.
-        run: number that tells this run from every other.
-        seed: of starts and slips.
+    Parameters
+    ----------
+    grid: the `Grid`.
+    name: what to call it.
+    run: number that tells this run from every other.
+    seed: of starts and slips.
 
     """
 
@@ -31,7 +32,8 @@ class WorldActor:
         self.question = self._begin(episode=1)
 
     def hear_action(self, said):
-        """Return the `StateReward` that follows (an `Episode` before it, if one ends).
+        """
+        Return the `StateReward` that follows (an `Episode` before it, if one ends).
 
         An answer to an earlier question is dropped; one that cannot be right is `Refused`.
         """

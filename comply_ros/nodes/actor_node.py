@@ -16,7 +16,8 @@ from comply_ros.nodes.topics import decoder, encoder
 
 
 class ActorNode(Node):
-    """A node that says what its actor returns.
+    """
+    A node that says what its actor returns.
 
     Attributes
     ----------
@@ -62,12 +63,12 @@ class ActorNode(Node):
 
 
 def run_node(make_node, argv, mistakes):
-    """Spin a node until it is interrupted; return the exit code of the process.
+    """
+    Spin a node until it is interrupted; return the exit code of the process.
 
-    Args:
-        make_node: called without arguments.
-        argv: the command line.
-        mistakes: exception types whose message is for the user: printed on one line, exit code 2.
+    make_node: called without arguments.
+    argv: the command line.
+    mistakes: exception types whose message is for the user: printed on one line, exit code 2.
 
     """
     signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -12,6 +12,8 @@ from comply_ros.nodes.parameters import MAP, ParameterError, PROFILE, RATE, SEED
 from comply_ros.nodes.topics import ACTION, EPISODE, STATE, WORLD
 from comply_ros.session.maps import read_map
 
+REPEAT = 1.0  # seconds after which an unanswered question is repeated
+
 
 class GridWorld(ActorNode):
     """Describes the world, asks with a state, and moves by the action that answers."""
@@ -25,6 +27,8 @@ class GridWorld(ActorNode):
             self.speaks_on(topic)
         self.listens_to(ACTION, self.hear_action)
         self._held, self._timer = (), None
+        self._repeated = None
+        self.create_timer(REPEAT, self._repeat)
         self.declare(RATE)
         self.add_post_set_parameters_callback(self._pace)
         self._pace([self.get_parameter('rate')])
@@ -47,6 +51,12 @@ class GridWorld(ActorNode):
                 self._timer = self.create_timer(1.0 / rate, self._say_held) if rate else None
                 if not rate:
                     self._say_held()
+
+    def _repeat(self):
+        """Ask again what was not answered for a while: who missed it hears it, the rest drop it."""
+        if self.actor.question is self._repeated and not self._held:
+            self.say((self._repeated,))
+        self._repeated = self.actor.question
 
     def _say_held(self):
         held, self._held = self._held, ()

@@ -13,9 +13,26 @@ from comply_ros.core.method import find_method, MethodError
 from comply_ros.core.planning import greedy
 from comply_ros.nodes.actor_node import ActorNode, run_node
 from comply_ros.nodes.parameters import (
-    field_parameters, MAP_PERIOD, METHOD, ParameterError, PROFILE, REMEMBERS_ADVICE, SEED)
+    field_parameters,
+    MAP_PERIOD,
+    METHOD,
+    ParameterError,
+    PROFILE,
+    REMEMBERS_ADVICE,
+    SEED,
+)
 from comply_ros.nodes.topics import (
-    ACTION, Policy, POLICY, PROGRESS, RECOMMENDATION, SAVE, STATE, Trust, TRUST, WORLD)
+    ACTION,
+    POLICY,
+    Policy,
+    PROGRESS,
+    RECOMMENDATION,
+    SAVE,
+    STATE,
+    TRUST,
+    Trust,
+    WORLD,
+)
 from comply_ros.session.results import save_learning
 
 
@@ -55,12 +72,12 @@ class Learner(ActorNode):
     def save(self, request, response):
         """Answer the service: write what was learned, return its digest."""
         if self.actor.memory is None:
-            response.success, response.message = False, 'nothing is learned before a world is known'
+            response.message = 'nothing is learned before a world is known'
             return response
         try:
             save_learning(request.path, self.actor.method, self.actor.memory)
         except OSError as error:
-            response.success, response.message = False, f'{request.path}: {error.strerror}'
+            response.message = f'{request.path}: {error.strerror.lower()}'
             return response
         response.success, response.digest = True, self.actor.memory.digest()
         return response

@@ -18,7 +18,7 @@ from comply_ros.nodes.processes import NodeDied, NodeProcess
 from comply_ros.nodes.topics import decoder, MENTOR_POLICY, PROGRESS, SAVE, WORLD
 from comply_ros.session.ending import end_session
 from comply_ros.session.options import main_with, session_parser
-from comply_ros.session.screen import console, progress_bar, words
+from comply_ros.session.screen import progress_bar, words
 
 NODES = ('grid_world', 'mentor', 'learner')
 LOOK = 0.1  # seconds between looks at whether the nodes live
@@ -29,13 +29,14 @@ class LessonFailed(RuntimeError):
 
 
 class Observer(Node):
-    """Listens to what is reported, and keeps it.
+    """
+    Listens to what is reported, and keeps it.
 
     Attributes
     ----------
     progress: list of `Progress`, one an iteration, without gaps.
     advice: `advice[s]` that the mentor published, None before.
-    began: when the world was first described, in seconds of the monotonic clock; None before.
+    began: when world and mentor were both there, in seconds of the monotonic clock; None before.
 
     """
 
@@ -46,6 +47,7 @@ class Observer(Node):
         for topic, hear in ((PROGRESS, self._hear_progress), (WORLD, self._hear_world),
                             (MENTOR_POLICY, self._hear_policy)):
             self._listen(topic, decoder(topic), hear)
+        self._described = False
         self._save = self.create_client(Save, SAVE)
 
     def _listen(self, topic, decode, hear):
@@ -62,10 +64,16 @@ class Observer(Node):
                 if len(self.get_publishers_info_by_topic(self.resolve_topic_name(topic.name))) > 1]
 
     def _hear_world(self, said):
-        self.began = self.began or time.monotonic()
+        self._described = True
+        self._begin()
 
     def _hear_policy(self, said):
         self.advice = np.array(said.action, dtype=np.int8)
+        self._begin()
+
+    def _begin(self):
+        if self.began is None and self._described and self.advice is not None:
+            self.began = time.monotonic()
 
     def _hear_progress(self, said):
         if said.iteration != len(self.progress) + 1:
@@ -80,7 +88,7 @@ def parameters(options):
     row = {name: getattr(options.row, name) for name in FIELDS}
     common = {'profile': options.profile, 'seed': options.seed}
     return {
-        'grid_world': {'map': _absolute(options.map), **common},
+        'grid_world': {'map': _absolute(options.map_name), **common},
         'mentor': {'mentor': _absolute_mentor(options), 'seed': options.mentor_seed},
         'learner': {'method': options.method, **common, **row}}
 
@@ -106,7 +114,7 @@ def _absolute_mentor(options):
 
 @contextmanager
 def running(options):
-    """The three nodes, as processes that end with the block, whatever happens in it."""
+    """Run the three nodes as processes that end with the block, whatever happens in it."""
     arguments = ['--params-file', str(write_parameters(options))]
     if options.rest.namespace:
         arguments += ['-r', f'__ns:=/{options.rest.namespace.strip("/")}']
@@ -159,7 +167,7 @@ def hold(options):
         task = bar.add_task(options.method, total=options.row.iterations, now='starting')
 
         def tell(said):
-            rate = said.steps / (time.monotonic() - observer.began)
+            rate = said.steps / (time.monotonic() - observer.began) if observer.began else None
             bar.update(task, completed=said.iteration,
                        now=words(said.mean_return, said.confidence, rate))
         observer = Observer(options.rest.namespace, tell)
@@ -173,9 +181,9 @@ def hold(options):
                     raise LessonFailed('somebody else speaks on the topics of this lesson, '
                                        f'{observer.others()}: give it a --namespace of its own')
                 executor.spin_once(timeout_sec=LOOK)
+        spin_until(lambda: observer.began)
         spin_until(lambda: observer.progress and observer.progress[-1].finished)
         seconds = time.monotonic() - observer.began
-        spin_until(lambda: observer.advice is not None)
         saved = observer.save((options.out / 'learning.npz').resolve())
         spin_until(saved.done)
     if not saved.result().success:

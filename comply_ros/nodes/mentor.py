@@ -13,8 +13,7 @@ from comply_ros.core.planning import PlanningError
 from comply_ros.core.policy import PolicyError
 from comply_ros.nodes.actor_node import ActorNode, run_node
 from comply_ros.nodes.parameters import MENTOR, MENTOR_SEED, ParameterError
-from comply_ros.nodes.topics import (
-    MENTOR_POLICY, Policy, RECOMMEND, RECOMMENDATION, STATE, WORLD)
+from comply_ros.nodes.topics import MENTOR_POLICY, Policy, RECOMMEND, RECOMMENDATION, STATE, WORLD
 from comply_ros.session.mentors import is_slow, mentor_policy, read_spec
 
 POLL = 0.02  # seconds between looks at a mentor that is being generated

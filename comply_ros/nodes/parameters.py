@@ -55,15 +55,17 @@ REMEMBERS_ADVICE = Parameter(
     'remembers_advice', True, 'In a state in which the mentor has spoken before, act at once on '
     'what it said then; what it says now counts from the next visit on')
 
-ALL_NAMES = {p.name for p in (MAP, PROFILE, SEED, RATE, METHOD, MENTOR, MAP_PERIOD,
-                               REMEMBERS_ADVICE)} | set(FIELDS)
+OURS = (MAP, PROFILE, SEED, RATE, METHOD, MENTOR, MAP_PERIOD, REMEMBERS_ADVICE)
+ROS = {'use_sim_time', 'start_type_description_service'}
 
 
 def declare(node, parameter):
-    """Declare a parameter and return its value.
+    """
+    Declare a parameter and return its value.
 
-    Raises:
-        ParameterError: for a value of another type, out of range, or not among the choices.
+    Raises
+    ------
+    ParameterError: for a value of another type, out of range, or not among the choices.
 
     """
     try:
@@ -94,7 +96,7 @@ def descriptor(parameter):
 def unknown_overrides(node):
     """Names that were given a value, on the command line or in a file, but mean nothing here."""
     given = getattr(node, '_parameter_overrides', {})
-    ours = ALL_NAMES | {'use_sim_time', 'start_type_description_service'}
+    ours = {parameter.name for parameter in OURS} | set(FIELDS) | ROS
     return [name for name in given if name not in ours and '.' not in name]
 
 

@@ -17,12 +17,14 @@ class NodeDied(RuntimeError):
 
 
 class NodeProcess:
-    """One of our nodes in a process of its own, with its output in a file.
+    """
+    One of our nodes in a process of its own, with its output in a file.
 
-    Args:
-        name: of the executable.
-        arguments: after `--ros-args`.
-        folder: where `NAME.log` goes.
+    Parameters
+    ----------
+    name: of the executable.
+    arguments: after `--ros-args`.
+    folder: where `NAME.log` goes.
 
     """
 
@@ -40,10 +42,12 @@ class NodeProcess:
         return self._process.pid
 
     def check(self):
-        """Return if the node lives.
+        """
+        Return if the node lives.
 
-        Raises:
-            NodeDied: if it does not.
+        Raises
+        ------
+        NodeDied: if it does not.
 
         """
         code = self._process.poll()

@@ -58,13 +58,13 @@ SAVE = 'save'  # service of the learner
 
 
 def decoder(topic):
-    """Function from a message to its tuple."""
+    """Return a function from a message to its tuple."""
     said, names = topic.said, topic.said._fields
     return lambda message: said(*[getattr(message, name) for name in names])
 
 
 def encoder(topic):
-    """Function from a tuple to its message: always the same object, filled anew."""
+    """Return a function from a tuple to its message: always the same object, filled anew."""
     message, names = topic.message(), topic.said._fields
 
     def encode(said):

@@ -12,13 +12,13 @@ from comply_ros.session.screen import show_table
 
 
 def end_session(options, advice, outcomes):
-    """Write and show what the runs of a session came to; return the summary.
+    """
+    Write and show what the runs of a session came to; return the summary.
 
-    Args:
-        options: the `Options`.
-        advice: `advice[s]` of the mentor.
-        outcomes: one table for each seed, with `seed, returns, steps, wall_seconds, digest`;
-            `learning.npz` of the first is already in the folder.
+    options: the `Options`.
+    advice: `advice[s]` of the mentor.
+    outcomes: one table for each seed, with `seed, returns, steps, wall_seconds, digest`;
+        `learning.npz` of the first is already in the folder.
 
     """
     world = World(options.grid)

@@ -20,10 +20,12 @@ def map_names():
 
 
 def read_map(name, profile):
-    """`Grid` of a map that comes with the package or of a file, with the rewards of a profile.
+    """
+    `Grid` of a map that comes with the package or of a file, with the rewards of a profile.
 
-    Raises:
-        MapError: if there is no such map or it breaks a rule; the message names the map.
+    Raises
+    ------
+    MapError: if there is no such map or it breaks a rule; the message names the map.
 
     """
     try:
@@ -44,10 +46,12 @@ def _text_of(name):
 
 
 def parse_map(text, profile):
-    """`Grid` of a map's YAML text.
+    """
+    `Grid` of a map's YAML text.
 
-    Raises:
-        MapError: naming the rule that is broken and the value.
+    Raises
+    ------
+    MapError: naming the rule that is broken and the value.
 
     """
     content = _parse_yaml(text)

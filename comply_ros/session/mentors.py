@@ -13,10 +13,12 @@ from comply_ros.core.policy import format_policy, parse_policy, PolicyError
 
 
 def read_spec(text):
-    """`Spec` of a mentor; the `file:` kind carries the text of its file, read now.
+    """
+    `Spec` of a mentor; the `file:` kind carries the text of its file, read now.
 
-    Raises:
-        MentorError: for an unknown mentor or a file that cannot be read.
+    Raises
+    ------
+    MentorError: for an unknown mentor or a file that cannot be read.
 
     """
     spec = parse_spec(text)
@@ -36,10 +38,12 @@ def is_slow(spec, world, seed):
 
 
 def mentor_policy(spec, world, seed, on_progress=lambda share: None):
-    """`advice[s]`, int8, of a mentor from `read_spec`; -1 for no advice.
+    """
+    `advice[s]`, int8, of a mentor from `read_spec`; -1 for no advice.
 
-    Raises:
-        PolicyError: for a policy file that does not fit the world.
+    Raises
+    ------
+    PolicyError: for a policy file that does not fit the world.
 
     """
     if spec.kind == 'file':
@@ -57,7 +61,7 @@ def mentor_policy(spec, world, seed, on_progress=lambda share: None):
 
 def _remembered(spec, world, seed):
     """File of a generated mentor: of this world, this kind and this state of the sources."""
-    key = f'{world.grid.hash} {spec.kind} {spec.value!r} {seed} {fingerprint()}'
+    key = f'{world.grid.sha256} {spec.kind} {spec.value!r} {seed} {fingerprint()}'
     return cache_folder() / 'mentors' / f'{hashlib.sha256(key.encode()).hexdigest()[:24]}.txt'
 
 

@@ -21,11 +21,12 @@ MISTAKES = (MapError, MentorError, MethodError, OutputError, PlanningError, Poli
 
 @dataclass(frozen=True)
 class Options:
-    """A checked session: what was asked for, and what it means.
+    """
+    A checked session: what was asked for, and what it means.
 
     Attributes
     ----------
-    map, profile, method, mentor, mentor_seed, seed: as given.
+    map_name, profile, method, mentor, mentor_seed, seed: as given.
     settings: table of what `--set`, `--iterations` and `--episodes` changed.
     grid, row, spec: the `Grid`, `Method` and mentor `Spec` that these stand for.
     out: `Path` of the folder for the results.
@@ -33,7 +34,7 @@ class Options:
 
     """
 
-    map: str
+    map_name: str
     profile: str
     method: str
     mentor: str
@@ -73,10 +74,12 @@ def session_parser(program, description):
 
 
 def check_options(given):
-    """`Options` of a parsed command line. Everything that can be wrong is said now.
+    """
+    `Options` of a parsed command line. Everything that can be wrong is said now.
 
-    Raises:
-        one of MISTAKES: naming the thing, the rule and the value.
+    Raises
+    ------
+    one of MISTAKES: naming the thing, the rule and the value.
 
     """
     row = find_method(given.method, given.profile)

@@ -17,12 +17,12 @@ WINDOW = 9  # iterations in the running mean of a learning curve
 
 
 def draw_learning_curve(path, curves, summary):
-    """Write a PNG of the mean return per iteration, with the optimal and the mentor's level.
+    """
+    Write a PNG of the mean return per iteration, with the optimal and the mentor's level.
 
-    Args:
-        path: of the file.
-        curves: `curves[seed, iteration]`.
-        summary: of the (first) run.
+    path: of the file.
+    curves: `curves[seed, iteration]`.
+    summary: of the (first) run.
 
     """
     figure = Figure(figsize=(8, 4.5), layout='constrained')
@@ -57,15 +57,15 @@ def running_mean(values):
 
 
 def draw_trust_map(path, world, advice, confidence, visited, summary):
-    """Write a PNG of the mentor's arrows: green where the learner listens, red where it does not.
+    """
+    Write a PNG of the mentor's arrows: green where the learner listens, red where it does not.
 
-    Args:
-        path: of the file.
-        world: the `World`.
-        advice: `advice[s]`, the mentor's actions.
-        confidence: `p[s]`.
-        visited: `visited[s]`, bool: pale arrows where the learner has never been.
-        summary: of the run.
+    path: of the file.
+    world: the `World`.
+    advice: `advice[s]`, the mentor's actions.
+    confidence: `p[s]`.
+    visited: `visited[s]`, bool: pale arrows where the learner has never been.
+    summary: of the run.
 
     """
     grid = world.grid

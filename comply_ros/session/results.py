@@ -17,10 +17,12 @@ class OutputError(ValueError):
 
 
 def prepare_folder(path):
-    """Make a folder to write results to, and return its `Path`.
+    """
+    Make a folder to write results to, and return its `Path`.
 
-    Raises:
-        OutputError: if it cannot be written.
+    Raises
+    ------
+    OutputError: if it cannot be written.
 
     """
     folder = Path(path).expanduser()
@@ -34,10 +36,12 @@ def prepare_folder(path):
 
 
 def save_learning(path, method, memory):
-    """Write the learner's arrays and `confidence[s]` to an .npz file, aside, then rename it.
+    """
+    Write the learner's arrays and `confidence[s]` to an .npz file, aside, then rename it.
 
-    Raises:
-        OSError: if it cannot be written; what was there stays.
+    Raises
+    ------
+    OSError: if it cannot be written; what was there stays.
 
     """
     path = Path(path)
@@ -53,24 +57,24 @@ def save_learning(path, method, memory):
 
 
 def summarize(options, yardstick, mentor_return, *, seed, returns, steps, wall_seconds, digest):
-    """One run as the table that `summary.json` holds; nothing in it is infinite or nan.
+    """
+    One run as the table that `summary.json` holds; nothing in it is infinite or nan.
 
-    Args:
-        options: the `Options` of the session.
-        yardstick: the `Yardstick` of its world.
-        mentor_return: exact expected return of the mentor's policy, None without a mentor.
-        seed: of this run.
-        returns: mean return of each iteration.
-        steps: actions taken.
-        wall_seconds: of the learning.
-        digest: of the learner's arrays.
+    options: the `Options` of the session.
+    yardstick: the `Yardstick` of its world.
+    mentor_return: exact expected return of the mentor's policy, None without a mentor.
+    seed: of this run.
+    returns: mean return of each iteration.
+    steps: actions taken.
+    wall_seconds: of the learning.
+    digest: of the learner's arrays.
 
     """
     threshold = metrics.threshold(options.profile, yardstick.optimal_return)
     convergence = metrics.time_to_convergence(options.profile, returns, threshold)
     optimality = None if mentor_return is None else yardstick.optimality(mentor_return)
     return {
-        'map': options.map, 'profile': options.profile, 'method': options.method,
+        'map': options.map_name, 'profile': options.profile, 'method': options.method,
         'mentor': options.mentor, 'mentor_seed': options.mentor_seed,
         'mentor_return': mentor_return, 'mentor_optimality': optimality,
         'optimal_return': yardstick.optimal_return, 'random_return': yardstick.random_return,
