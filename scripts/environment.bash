@@ -57,7 +57,7 @@ make_venv() {
   check_compiler
   say "Setting up, once ($("$python" --version), ROS 2 ${ROS_DISTRO:-from Python wheels})."
   rm -rf "$venv" "$root/build" "$root/install"
-  say '  1/2  Python packages ...'
+  say '  1/2  Python packages (half a minute) ...'
   if has_ros; then
     "$python" -m venv --system-site-packages "$venv"
     # The installation's own extensions were compiled against its numpy: keep that one.
@@ -68,7 +68,7 @@ make_venv() {
     "$python" -m venv "$venv"
     set --
   fi
-  "$venv/bin/python" -m pip install --quiet --disable-pip-version-check "$@" \
+  "$venv/bin/python" -m pip install -qq --disable-pip-version-check "$@" \
     $(printf -- '--requirement %s ' "${lists[@]}") >&2 ||
     fail 'could not install its Python packages (see above): is this machine online?'
   echo "$stamp" > "$venv/made-from"
@@ -77,7 +77,7 @@ make_venv() {
 build() {
   [ -e "$root/install/made" ] && [ -z "$(sources "$root/install/made")" ] && return
   check_compiler
-  say '  2/2  messages and nodes (colcon build) ...'
+  say '  2/2  messages and nodes, colcon build (half a minute) ...'
   local begun log=$root/build.log
   begun=$(mktemp)
   if ! (cd "$root" && python -m colcon build --executor sequential >"$log" 2>&1); then

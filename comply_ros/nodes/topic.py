@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`topic list | info | echo | hz`, for machines without the `ros2` command line."""
+
+import argparse
+from collections import deque
+import sys
+import time
+
+import rclpy
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rosidl_parser.definition import NamespacedType
+
+WINDOW = 1000  # messages over which the rate is measured
+
+
+class TopicError(ValueError):
+    """A topic that is not there; the message names it."""
+
+
+def main(argv):
+    """Run the command; return the exit code."""
+    given = _parser().parse_args(argv[1:])
+    rclpy.init()
+    node = Node('_topic')
+    try:
+        return given.run(node, given)
+    except TopicError as mistake:
+        print(f'topic: {mistake}', file=sys.stderr)
+        return 1
+    except (KeyboardInterrupt, ExternalShutdownException):
+        return 0
+    finally:
+        rclpy.try_shutdown()
+
+
+def _parser():
+    parser = argparse.ArgumentParser('topic', description='Look at topics.')
+    commands = parser.add_subparsers(required=True, metavar='COMMAND')
+    for name, run, text in (('list', show_list, 'names of all topics'),
+                            ('info', show_info, 'who speaks and listens on a topic, and its QoS'),
+                            ('echo', show_messages, 'the messages of a topic, as YAML'),
+                            ('hz', show_rate, 'messages per second of a topic')):
+        command = commands.add_parser(name, help=text)
+        command.set_defaults(run=run)
+        command.add_argument('--timeout', type=float, default=3.0, metavar='SECONDS',
+                             help='how long to look for topics (default: %(default)s)')
+        if name != 'list':
+            command.add_argument('topic')
+        if name == 'echo':
+            command.add_argument('--once', action='store_true', help='stop after one message')
+    return parser
+
+
+def show_list(node, given):
+    """Print the names of all topics."""
+    _look_until(node, lambda: any('comply_msgs' in kind for _, kinds in
+                                  node.get_topic_names_and_types() for kind in kinds),
+                given.timeout)
+    for name, _ in sorted(node.get_topic_names_and_types()):
+        print(name)
+    return 0
+
+
+def show_info(node, given):
+    """Print the type of a topic, and every node at its two ends with its QoS."""
+    name, kind = _find(node, given)
+    print(f'Type: {kind}')
+    for title, ends in (('Publisher', node.get_publishers_info_by_topic(name)),
+                        ('Subscription', node.get_subscriptions_info_by_topic(name))):
+        print(f'\n{title} count: {len(ends)}')
+        for end in ends:
+            qos = end.qos_profile
+            print(f'  {end.node_namespace.rstrip("/")}/{end.node_name}: '
+                  f'{qos.reliability.name.lower()}, {qos.durability.name.lower()}')
+    return 0
+
+
+def show_messages(node, given):
+    """Print the messages of a topic as they come."""
+    seen = []
+
+    def show(message):
+        print(as_yaml(message) + '\n---', flush=True)
+        seen.append(message)
+    _subscribe(node, given, show)
+    while not (given.once and seen):
+        rclpy.spin_once(node)
+    return 0
+
+
+def show_rate(node, given):
+    """Print the messages per second of a topic, once a second."""
+    times = deque(maxlen=WINDOW)
+    _subscribe(node, given, lambda message: times.append(time.monotonic()))
+    due = time.monotonic() + 1.0
+    while True:
+        rclpy.spin_once(node, timeout_sec=0.1)
+        if time.monotonic() >= due:
+            due += 1.0
+            rate = (len(times) - 1) / (times[-1] - times[0]) if len(times) > 1 else 0.0
+            print(f'{rate:.1f} messages a second, over the last {len(times)}', flush=True)
+
+
+def as_yaml(message, indent=''):
+    """Text of a message as `ros2 topic echo` prints it: a field a line."""
+    lines = []
+    for (name, _), kind in zip(message.get_fields_and_field_types().items(), message.SLOT_TYPES):
+        value = getattr(message, name)
+        if isinstance(kind, NamespacedType):
+            lines += [f'{indent}{name}:', as_yaml(value, indent + '  ')]
+        elif isinstance(value, (str, bool, int, float)):
+            lines.append(f'{indent}{name}: {_scalar(value)}')
+        else:
+            lines += [f'{indent}{name}:' + ('' if len(value) else ' []'),
+                      *(f'{indent}- {_scalar(each)}' for each in value)]
+    return '\n'.join(lines)
+
+
+def _scalar(value):
+    if isinstance(value, bool):
+        return str(value).lower()
+    return repr(value) if isinstance(value, str) and not value.isidentifier() else value
+
+
+def _subscribe(node, given, callback):
+    """Subscribe with the QoS that its publishers offer, so that latched messages come too."""
+    name, kind = _find(node, given)
+    package, _, message = kind.split('/')
+    module = __import__(f'{package}.msg', fromlist=[message])
+    offers = [end.qos_profile for end in node.get_publishers_info_by_topic(name)]
+    latched = bool(offers) and all(
+        qos.durability == DurabilityPolicy.TRANSIENT_LOCAL for qos in offers)
+    reliable = all(qos.reliability == ReliabilityPolicy.RELIABLE for qos in offers)
+    node.create_subscription(getattr(module, message), name, callback, QoSProfile(
+        depth=WINDOW,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
+        reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT))
+
+
+def _find(node, given):
+    """
+    (name, type) of a topic.
+
+    Raises
+    ------
+    TopicError: if nobody speaks or listens there.
+
+    """
+    name = given.topic if given.topic.startswith('/') else f'/{given.topic}'
+    _look_until(node, lambda: name in dict(node.get_topic_names_and_types()), given.timeout)
+    kinds = dict(node.get_topic_names_and_types())
+    if name not in kinds:
+        raise TopicError(f'there is no topic {name!r}; there are {", ".join(sorted(kinds))}')
+    return name, kinds[name][0]
+
+
+def _look_until(node, found, seconds):
+    """Let discovery work until something is found or the time is over."""
+    end = time.monotonic() + seconds
+    while not found() and time.monotonic() < end:
+        rclpy.spin_once(node, timeout_sec=0.05)
