@@ -7,9 +7,16 @@ import signal
 import sys
 
 
+def end_with_parent():
+    """Arrange that this process ends, as by SIGTERM, when the one that started it does (Linux)."""
+    import ctypes
+    ctypes.CDLL(None).prctl(1, signal.SIGTERM)  # PR_SET_PDEATHSIG
+
+
 def _start(module, interrupted):
     """Run `main` of a module; until it takes over, Ctrl-C ends the process with that code."""
-    signal.signal(signal.SIGINT, lambda *_: os._exit(interrupted))
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: os._exit(interrupted))
     return import_module(f'comply_ros.{module}').main(sys.argv)
 
 

@@ -16,7 +16,7 @@ ARGUMENTS = (
     ('mentor', 'snapshot:0.75',
      'optimal, random, adversarial, noisy:P, snapshot:Q, file:PATH, none'),
     ('seed', '0', 'seed of the world and the learner'),
-    ('profile', 'published', 'report: as its text says; published: as the runs behind its figures'),
+    ('profile', 'published', 'report: its text; published: the runs behind its figures'),
     ('namespace', '', 'of the three nodes, for a second robot'),
     ('params_file', DEFAULT_FILE, 'further parameters; the arguments above win'),
     ('log_level', 'info', 'debug, info, warn, error, fatal'),

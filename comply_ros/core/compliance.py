@@ -58,7 +58,7 @@ def update_beta(s, listened, delta, method, belief):
     if alpha + beta == 0.0:
         return
     if method.sign_only:
-        delta = float((delta > 0.0) - (delta < 0.0))
+        delta = 1.0 if delta > 0.0 else -1.0 if delta < 0.0 else 0.0
     if listened:
         alpha += method.trust_rate * beta / (alpha + beta) * delta
     else:

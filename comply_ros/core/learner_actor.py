@@ -46,7 +46,7 @@ class LearnerActor:
         self.iterations_done, self.steps, self.finished = 0, 0, False
         self._numbers = method.numbers()
         self._draws = Draws(streams(seed)[1], DRAWS)
-        self._run, self._early = None, None
+        self._run, self._early = None, {}
         self._forget_the_turn()
         self._begin_iteration()
 
@@ -72,8 +72,8 @@ class LearnerActor:
             self.memory = Memory.fresh(self.world, self.method)
             self._views = self.memory.views()
             notice = f'begins to learn world {said.name!r}, run {said.run}'
-        early, self._early = self._early, None
-        return (Notice(notice), *(self.hear_state(early) if early else ()))
+        early, self._early = self._early, {}
+        return (Notice(notice), *(said for hear, held in early.items() for said in hear(held)))
 
     def hear_state(self, said):
         """
@@ -83,8 +83,7 @@ class LearnerActor:
         right is `Refused`.
         """
         if said.run != self._run:
-            self._early = said
-            return (problem_of_run(said, self._run, 'a state'),) if self._run is not None else ()
+            return self._hold(self.hear_state, said, 'a state')
         problem = problem_of_state(said, self.world)
         if problem:
             return (problem,)
@@ -103,8 +102,7 @@ class LearnerActor:
     def hear_recommendation(self, said):
         """Return the `Action` in the state that waited for this advice; else remember it."""
         if said.run != self._run:
-            known = self._run is not None
-            return (problem_of_run(said, self._run, 'a recommendation'),) if known else ()
+            return self._hold(self.hear_recommendation, said, 'a recommendation')
         problem = self._problem_of_advice(said)
         if problem:
             return (problem,)
@@ -114,6 +112,11 @@ class LearnerActor:
         if self._asked and said[:4] == self._asked[:4]:
             return self._respond(self._asked, said.action)
         return ()
+
+    def _hold(self, hear, said, what):
+        """Keep a message for the world that it may belong to; refuse it for the world here."""
+        self._early[hear] = said
+        return (problem_of_run(said, self._run, what),) if self._run is not None else ()
 
     def _problem_of_advice(self, said):
         states = len(self.world.terminal)

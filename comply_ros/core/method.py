@@ -3,13 +3,13 @@
 
 from collections import namedtuple
 from dataclasses import dataclass, field, fields, replace
-from math import isfinite
+from math import isfinite, log
 
 TRUSTS = ('none', 'scheduled', 'beta', 'explicit')
 NO_TRUST, SCHEDULED, BETA, EXPLICIT = range(4)
 
 TINY = 1e-9  # the softmax needs a temperature above 0
-ANY = 1e6  # a bound for what needs none
+ANY = 1_000_000  # a bound for what needs none
 
 
 class MethodError(ValueError):
@@ -73,10 +73,10 @@ class Method:
     listen_temperature_exponent: float = _field(
         0.55, 'That temperature falls with the visits n of the state as 1 / n^exponent', 0, 2)
     measuring_iterations: int = _field(
-        0, 'So many iterations at the beginning only measure and do not learn', 0, 1000000)
+        0, 'So many iterations at the beginning only measure and do not learn', 0, 1_000_000)
     iterations: int = _field(
-        400, 'Iterations to learn for, then rest (0: without end)', 0, 1000000000)
-    episodes: int = _field(15, 'Episodes per iteration', 1, 1000000)
+        400, 'Iterations to learn for, then rest (0: without end)', 0, 1_000_000_000)
+    episodes: int = _field(15, 'Episodes per iteration', 1, 1_000_000)
 
     def __post_init__(self):
         for row in fields(self):
@@ -109,11 +109,12 @@ def _check(row, value):
     if choices and value not in choices:
         raise MethodError(f'{row.name} must be one of {", ".join(choices)}, got {value!r}')
     if low is not None and not (isfinite(value) and low <= value <= high):
-        raise MethodError(f'{row.name} must lie in [{low:g}, {high:g}], got {value:g}')
+        raise MethodError(f'{row.name} must lie in [{low}, {high}], got {value}')
 
 
 def _kind(kind):
-    return {bool: 'true or false', int: 'a whole number', float: 'a number', str: 'a word'}[kind]
+    return {bool: 'true or false', int: 'a whole number', float: 'a number such as 1.0',
+            str: 'a word'}[kind]
 
 
 def with_text(method, name, text):
@@ -187,8 +188,10 @@ REPORT = {
     'constant': _as_the_text_says(PUBLISHED['constant']),
     'vanishing': _as_the_text_says(PUBLISHED['vanishing'], cooling_confidence=1.0),
     'beta_implicit': _as_the_text_says(
-        PUBLISHED['beta_implicit'], sign_only=False, bounded_belief=False),
-    'explicit': _as_the_text_says(PUBLISHED['explicit'], updates_both=True),
+        PUBLISHED['beta_implicit'], sign_only=False, bounded_belief=False,
+        trust_rate=0.3),  # of the order of the prior (section 4.1.1): larger ones run away
+    'explicit': _as_the_text_says(
+        PUBLISHED['explicit'], updates_both=True, belief_listen=0.5 * log(9.0)),  # (3.13), p 0.9
 }
 
 METHODS = {'report': REPORT, 'published': PUBLISHED}

@@ -3,6 +3,7 @@
 
 from concurrent.futures import as_completed, ThreadPoolExecutor
 import os
+import signal
 import time
 
 from comply_ros.core.method import MethodError
@@ -25,6 +26,7 @@ def main(argv):
 
 def run(options):
     """Train for every seed, write the results, return the exit code."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     count = options.rest.seeds
     if count < 1:
         raise MethodError(f'seeds must be at least 1, got {count}')

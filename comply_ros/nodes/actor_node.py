@@ -2,17 +2,21 @@
 """What the three nodes share: to listen, to say, to warn once, to start and to end."""
 
 from collections import Counter
+from pathlib import Path
 import signal
 import sys
 
 import rclpy
-from rclpy.executors import ExternalShutdownException
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 
 from comply_ros.core.dialogue import Notice, Refused
 from comply_ros.nodes.parameters import declare, unknown_overrides
 from comply_ros.nodes.topics import decoder, encoder
+
+
+class CommandLineError(ValueError):
+    """ROS arguments that rclpy cannot read."""
 
 
 class ActorNode(Node):
@@ -71,24 +75,34 @@ def run_node(make_node, argv, mistakes):
     mistakes: exception types whose message is for the user: printed on one line, exit code 2.
 
     """
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-    code = 0
+    interrupts = []  # no exception in the middle of a callback: the loop looks here
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: interrupts.append(_))
     try:
-        rclpy.init(args=argv)
-        executor = EventsExecutor()
-        node = make_node()
-        executor.add_node(node)
-        node.get_logger().info('ready')
-        while rclpy.ok():
-            executor.spin_once(timeout_sec=1.0)  # spin() of this executor can turn idle in circles
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-    except mistakes as mistake:
-        print(f'{mistake}', file=sys.stderr)
-        code = 2
-    except Exception:
-        if rclpy.ok():  # otherwise an interrupt came in the middle of a call
+        _init(argv)
+        _spin(make_node(), interrupts)
+    except (CommandLineError, *mistakes) as mistake:
+        print(f'{Path(argv[0]).name}: {mistake}', file=sys.stderr)
+        return 2
+    except Exception:  # noqa: BLE001
+        if rclpy.ok():  # otherwise the interrupt came in the middle of a call
             raise
     finally:
         rclpy.try_shutdown()
-    return code
+    return 0
+
+
+def _init(argv):
+    try:
+        rclpy.init(args=argv)
+    except RuntimeError as error:
+        reason = str(error).removeprefix('failed to initialize rcl: ').partition(', at /')[0]
+        raise CommandLineError(f'the arguments after --ros-args must be valid: {reason}') from None
+
+
+def _spin(node, interrupts):
+    executor = EventsExecutor()
+    executor.add_node(node)
+    node.get_logger().info('ready')
+    while rclpy.ok() and not interrupts:
+        executor.spin_once(timeout_sec=1.0)  # spin() of the wheels turns in circles when idle

@@ -53,7 +53,7 @@ class GridWorld(ActorNode):
                     self._say_held()
 
     def _repeat(self):
-        """Ask again what was not answered for a while: who missed it hears it, the rest drop it."""
+        """Ask again what was not answered for a while; who has heard it drops it."""
         if self.actor.question is self._repeated and not self._held:
             self.say((self._repeated,))
         self._repeated = self.actor.question

@@ -3,14 +3,17 @@
 
 from contextlib import contextmanager
 from pathlib import Path
+import re
+import signal
 import sys
 import time
 
 from comply_msgs.srv import Save
 import numpy as np
 import rclpy
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
 import yaml
 
 from comply_ros.core.method import FIELDS, MethodError
@@ -146,11 +149,14 @@ def run(options):
     """Hold the lesson, write the results, return the exit code."""
     if not 0 <= options.rest.rate <= 1000:
         raise MethodError(f'rate must lie in [0, 1000], got {options.rest.rate:g}')
-    rclpy.init()
+    if not re.fullmatch(r'(/?[A-Za-z_]\w*)*', options.rest.namespace):
+        raise MethodError('a namespace is made of letters, digits, _ and /, '
+                          f'got {options.rest.namespace!r}')
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     try:
         advice, outcome = hold(options)
-    except ExternalShutdownException:
-        raise KeyboardInterrupt from None
     except (NodeDied, LessonFailed) as failure:
         print(f'lesson: {failure}', file=sys.stderr)
         return 1

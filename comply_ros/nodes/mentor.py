@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The node that serves recommended actions."""
 
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future
+from threading import Thread
 
 from comply_msgs.srv import Recommend
 
@@ -26,7 +27,6 @@ class Mentor(ActorNode):
         super().__init__('mentor', **kwargs)
         self._spec, self._seed = read_spec(self.declare(MENTOR)), self.declare(MENTOR_SEED)
         self.actor = MentorActor()
-        self._workers = ThreadPoolExecutor(1, 'generate')
         self._generated, self._poll = None, None
         for topic in (RECOMMENDATION, MENTOR_POLICY):
             self.speaks_on(topic)
@@ -43,7 +43,7 @@ class Mentor(ActorNode):
             return (Refused('not a world', f'a world must be whole: {error}'),)
         if is_slow(self._spec, self.actor.world, self._seed):
             self.get_logger().info('generating this mentor; it is remembered for the next start')
-        self._generated = self._workers.submit(
+        self._generated = in_background(
             mentor_policy, self._spec, self.actor.world, self._seed)
         self._described = said
         if self._poll is None:
@@ -70,6 +70,19 @@ class Mentor(ActorNode):
 
     def _map_of_advice(self, world):
         return Policy(world.run, world.width, world.height, self.actor.policy)
+
+
+def in_background(function, *arguments):
+    """Return the `Future` of a call in a thread that does not keep the process alive."""
+    future = Future()
+
+    def call():
+        try:
+            future.set_result(function(*arguments))
+        except Exception as error:  # noqa: BLE001 - whoever asks for the result gets it
+            future.set_exception(error)
+    Thread(target=call, daemon=True).start()
+    return future
 
 
 def main(argv):

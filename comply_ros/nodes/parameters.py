@@ -104,8 +104,8 @@ def _sentence(node, parameter, error):
     given = getattr(node, '_parameter_overrides', {}).get(parameter.name)
     value = error if given is None else repr(given.value)
     if isinstance(error, InvalidParameterValueException):
-        return (f'parameter {parameter.name} must lie in [{parameter.low:g}, '
-                f'{parameter.high:g}], got {value}')
+        return (f'parameter {parameter.name} must lie in [{parameter.low}, {parameter.high}], '
+                f'got {value}')
     kind = {bool: 'true or false', int: 'an integer such as 1', str: 'a string',
             float: 'a double such as 1.0 (with a point)'}[type(parameter.default)]
     return f'parameter {parameter.name} must be {kind}, got {value}'

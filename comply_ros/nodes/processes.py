@@ -8,6 +8,7 @@ import subprocess
 import sys
 
 START = 'import sys; from comply_ros.entry import {0}; sys.argv[0] = "{0}"; sys.exit({0}())'
+CHILD = 'from comply_ros.entry import end_with_parent; end_with_parent(); ' + START
 LAST_LINES = 12
 PATIENCE = 5.0  # seconds that a node has to end after Ctrl-C
 
@@ -32,7 +33,7 @@ class NodeProcess:
         self.name, self.log = name, Path(folder) / f'{name}.log'
         with self.log.open('wb') as output:
             self._process = subprocess.Popen(
-                [sys.executable, '-c', START.format(name), '--ros-args', *arguments],
+                [sys.executable, '-c', CHILD.format(name), '--ros-args', *arguments],
                 stdout=output, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL,
                 start_new_session=True)  # Ctrl-C is for the lesson, which then ends its nodes
 

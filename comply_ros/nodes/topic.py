@@ -13,6 +13,8 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosidl_parser.definition import NamespacedType
 
 WINDOW = 1000  # messages over which the rate is measured
+OWN = {'/parameter_events', '/rosout'}  # topics that every node has, this one too
+QUIET = 0.6  # seconds without news after which discovery is taken to be complete
 
 
 class TopicError(ValueError):
@@ -55,10 +57,8 @@ def _parser():
 
 def show_list(node, given):
     """Print the names of all topics."""
-    _look_until(node, lambda: any('comply_msgs' in kind for _, kinds in
-                                  node.get_topic_names_and_types() for kind in kinds),
-                given.timeout)
-    for name, _ in sorted(node.get_topic_names_and_types()):
+    for name, _ in sorted(_settled(node, node.get_topic_names_and_types, given.timeout,
+                                   lambda seen: set(dict(seen)) - OWN)):
         print(name)
     return 0
 
@@ -67,13 +67,13 @@ def show_info(node, given):
     """Print the type of a topic, and every node at its two ends with its QoS."""
     name, kind = _find(node, given)
     print(f'Type: {kind}')
-    for title, ends in (('Publisher', node.get_publishers_info_by_topic(name)),
-                        ('Subscription', node.get_subscriptions_info_by_topic(name))):
+    for title, look in (('Publisher', node.get_publishers_info_by_topic),
+                        ('Subscription', node.get_subscriptions_info_by_topic)):
+        ends = _settled(node, lambda: [_end(end) for end in look(name)], given.timeout,
+                        lambda seen: 'UNKNOWN' not in ''.join(seen))
         print(f'\n{title} count: {len(ends)}')
-        for end in ends:
-            qos = end.qos_profile
-            print(f'  {end.node_namespace.rstrip("/")}/{end.node_name}: '
-                  f'{qos.reliability.name.lower()}, {qos.durability.name.lower()}')
+        for end in sorted(ends):
+            print(f'  {end}')
     return 0
 
 
@@ -149,15 +149,26 @@ def _find(node, given):
 
     """
     name = given.topic if given.topic.startswith('/') else f'/{given.topic}'
-    _look_until(node, lambda: name in dict(node.get_topic_names_and_types()), given.timeout)
-    kinds = dict(node.get_topic_names_and_types())
+    kinds = dict(_settled(node, node.get_topic_names_and_types, given.timeout,
+                          lambda seen: name in dict(seen)))
     if name not in kinds:
         raise TopicError(f'there is no topic {name!r}; there are {", ".join(sorted(kinds))}')
     return name, kinds[name][0]
 
 
-def _look_until(node, found, seconds):
-    """Let discovery work until something is found or the time is over."""
-    end = time.monotonic() + seconds
-    while not found() and time.monotonic() < end:
+def _end(end):
+    """Return one end of a topic as text: its node, and the QoS that counts."""
+    qos = end.qos_profile
+    return (f'{end.node_namespace.rstrip("/")}/{end.node_name}: '
+            f'{qos.reliability.name.lower()}, {qos.durability.name.lower()}')
+
+
+def _settled(node, look, seconds, is_enough):
+    """Return what `look` sees when it is enough and nothing new comes, or at the end."""
+    end, seen, since = time.monotonic() + seconds, look(), time.monotonic()
+    while time.monotonic() < end and not (is_enough(seen) and time.monotonic() - since > QUIET):
         rclpy.spin_once(node, timeout_sec=0.05)
+        now = look()
+        if now != seen:
+            seen, since = now, time.monotonic()
+    return seen

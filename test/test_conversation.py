@@ -1,0 +1,366 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The conversation in every order, on the actors, without ROS."""
+
+from dataclasses import replace
+from itertools import permutations, product
+import random
+
+import pytest
+from test_method import ROWS
+from worlds import grid
+
+from comply_ros.core.dialogue import (
+    Action,
+    describe,
+    Episode,
+    grid_of,
+    Notice,
+    Progress,
+    Recommendation,
+    Refused,
+    StateReward,
+)
+from comply_ros.core.grid import MapError
+from comply_ros.core.learner_actor import LearnerActor
+from comply_ros.core.mentor_actor import MentorActor
+from comply_ros.core.mentors import noisy_policy
+from comply_ros.core.method import find_method, METHODS
+from comply_ros.core.training import Training
+from comply_ros.core.world import World
+from comply_ros.core.world_actor import WorldActor
+from comply_ros.session.maps import read_map
+
+RUN = 7
+ROOM = grid('..G', '...', '...', starts=(0,))
+HERE = describe(ROOM, 'room', RUN)
+UP_EVERYWHERE = World(ROOM).free * 3 - ~World(ROOM).free * 1
+ROW = replace(METHODS['report']['constant'], confidence=1.0, episodes=2, iterations=3)
+
+
+def state(episode=1, step=0, s=0, reward=0.0, terminated=False, truncated=False, run=RUN):
+    """Return a `StateReward`."""
+    return StateReward(run, episode, step, s, reward, terminated, truncated)
+
+
+def advice(episode=1, step=0, s=0, action=3, run=RUN):
+    """Return a `Recommendation`."""
+    return Recommendation(run, episode, step, s, action)
+
+
+def learner(**settings):
+    """Return a learner that knows the room."""
+    actor = LearnerActor(replace(ROW, **settings), seed=0)
+    actor.hear_world(HERE)
+    return actor
+
+
+def mentor():
+    """Return a mentor that says up everywhere in the room."""
+    actor = MentorActor()
+    assert actor.hear_world(HERE)
+    assert actor.use(UP_EVERYWHERE) == ()
+    return actor
+
+
+class Table:
+    """
+    World, mentor and learner at one table; messages lie on it until somebody takes them up.
+
+    Every message that is said lies there for everybody who listens to it; `shuffle` decides which
+    one is taken up next, and which is taken up twice.
+    """
+
+    def __init__(self, method, map_grid, policy, seed, shuffle, remembers_advice=True):
+        self.world = WorldActor(map_grid, 'map', RUN, seed)
+        self.mentor, self.learner = MentorActor(), LearnerActor(method, seed, remembers_advice)
+        self.policy, self.shuffle, self.reports = policy, shuffle, []
+        self.open = []
+        for said in (self.world.description, self.world.question):
+            self.lay(said)
+
+    def lay(self, said):
+        """Put a message on the table, once for each listener."""
+        listeners = {StateReward: (self.tell_mentor, self.learner.hear_state),
+                     Recommendation: (self.learner.hear_recommendation,),
+                     Action: (self.world.hear_action,)}
+        if type(said).__name__ == 'WorldDescription':
+            listeners = {type(said): (self.tell_mentor_of_world, self.learner.hear_world)}
+        for listener in listeners.get(type(said), ()):
+            self.open.append((listener, said))
+        if type(said) not in listeners:
+            self.reports.append(said)
+
+    def tell_mentor(self, said):
+        """Let the mentor hear a state."""
+        return self.mentor.hear_state(said)
+
+    def tell_mentor_of_world(self, said):
+        """Let the mentor hear of the world, and make its policy."""
+        return self.mentor.use(self.policy) if self.mentor.hear_world(said) else ()
+
+    def hold(self):
+        """Let them talk until nothing is left to be said."""
+        while self.open:
+            index = self.shuffle.randrange(len(self.open))
+            listener, said = self.open[index]
+            if self.shuffle.random() > 0.1:
+                del self.open[index]
+            for answer in listener(said):
+                self.lay(answer)
+        return self
+
+
+@pytest.mark.parametrize('remembers', [True, False])
+@pytest.mark.parametrize('profile, name', ROWS)
+def test_any_order_and_repetition_gives_the_bits_of_the_compiled_loop(profile, name, remembers):
+    bar = read_map('bar_grid', profile)
+    policy = noisy_policy(World(bar), 0.3, random_generator())
+    row = replace(find_method(name, profile), episodes=3, iterations=3)
+    training = Training(World(bar), policy, row, seed=4)
+    iterations = [training.iterate() for _ in range(3)]
+    table = Table(row, bar, policy, 4, random.Random(1), remembers).hold()
+    assert table.learner.memory.digest() == training.memory.digest()
+    progress = [said for said in table.reports if isinstance(said, Progress)]
+    assert [said.mean_return for said in progress] == [it.mean_return for it in iterations]
+    assert repr([said.confidence for said in progress]) == repr([i.confidence for i in iterations])
+    assert [said.temperature for said in progress] == [it.temperature for it in iterations]
+    assert progress[-1].steps == sum(it.steps for it in iterations)
+    assert [said.finished for said in progress] == [False, False, True]
+    episodes = [said for said in table.reports if isinstance(said, Episode)]
+    assert len(episodes) == 9
+    assert sum(said.steps for said in episodes) == progress[-1].steps
+    assert all(said.terminated != said.truncated for said in episodes)
+
+
+def random_generator():
+    """Return a generator for a spoiled policy."""
+    from comply_ros.core.draws import streams
+    return streams(8)[0]
+
+
+FIRST = {'world': HERE, 'state': state(), 'advice': advice()}
+
+
+@pytest.mark.parametrize('order', list(permutations(FIRST)))
+def test_the_learner_answers_the_first_state_in_any_order(order):
+    actor = LearnerActor(ROW, seed=0)
+    hear = {'world': actor.hear_world, 'state': actor.hear_state,
+            'advice': actor.hear_recommendation}
+    said = [answer for name in order for answer in hear[name](FIRST[name])]
+    actions = [each for each in said if isinstance(each, Action)]
+    assert actions == [Action(RUN, 1, 0, 3, True, 1.0)]
+    assert not [each for each in said if isinstance(each, Refused)]
+
+
+@pytest.mark.parametrize('order', list(permutations(('world', 'policy', 'state'))))
+def test_the_mentor_answers_the_first_state_in_any_order(order):
+    actor, said = MentorActor(), []
+    for name in order:
+        if name == 'world':
+            assert actor.hear_world(HERE)
+        elif name == 'state':
+            said += actor.hear_state(state())
+        elif actor.world is not None:
+            said += actor.use(UP_EVERYWHERE)
+    if actor.policy is None:  # it cannot be made before the world is known
+        said += actor.use(UP_EVERYWHERE)
+    assert said == [advice()]
+
+
+def test_a_repeated_question_gets_the_same_answer_and_teaches_nothing():
+    actor = learner()
+    actor.hear_state(state())
+    first = actor.hear_recommendation(advice())
+    digest = actor.memory.digest()
+    assert actor.hear_state(state()) == first
+    assert actor.hear_recommendation(advice()) == ()
+    assert actor.memory.digest() == digest
+    assert mentor().hear_state(state()) == mentor().hear_state(state()) == (advice(),)
+
+
+def test_a_repeated_answer_is_dropped():
+    world = WorldActor(ROOM, 'room', RUN, seed=0)
+    answer = Action(RUN, 1, 0, 3, True, 1.0)
+    question, = world.hear_action(answer)
+    assert (question.episode, question.step) == (1, 1)
+    assert world.hear_action(answer) == ()
+    assert world.question is question
+
+
+def test_an_old_question_is_dropped():
+    actor = learner()
+    actor.hear_recommendation(advice(step=4))
+    assert len(actor.hear_state(state(step=4))) == 1
+    assert actor.hear_state(state(step=3)) == ()
+
+
+def test_an_episode_ends_with_no_action_and_the_next_begins():
+    world = WorldActor(grid('..G', starts=(1,), intended=1.0), 'corridor', RUN, seed=0)
+    episode, final = world.hear_action(Action(RUN, 1, 0, 1, False, 0.0))
+    assert episode == Episode(RUN, 1, 1, 10.0, True, False)
+    assert final == state(step=1, s=2, reward=10.0, terminated=True)
+    refused, = world.hear_action(Action(RUN, 1, 1, 0, False, 0.0))
+    assert refused.reason == 'the episode is over: the action must be -1, got 0'
+    assert world.hear_action(Action(RUN, 1, 1, -1, False, 0.0)) == (state(episode=2, s=1),)
+
+
+def test_the_step_limit_truncates():
+    world = WorldActor(grid('..G', limit=1), 'corridor', RUN, seed=0)
+    episode, final = world.hear_action(Action(RUN, 1, 0, 1, False, 0.0))
+    assert (final.terminated, final.truncated) == (False, True)
+    assert (episode.terminated, episode.truncated) == (False, True)
+
+
+def test_a_learner_that_is_finished_answers_no_more():
+    actor = learner(episodes=1, iterations=1, trust='none')
+    actor.hear_state(state())
+    progress, = actor.hear_state(state(step=1, s=8, reward=10.0, terminated=True))
+    assert isinstance(progress, Progress) and progress.finished
+    assert actor.hear_state(state(step=1, s=8, reward=10.0, terminated=True)) == ()
+
+
+def test_who_comes_late_learns_nothing_from_what_it_has_not_seen():
+    actor = learner()
+    digest = actor.memory.digest()
+    actor.hear_recommendation(advice(episode=3, step=9, s=1))
+    assert len(actor.hear_state(state(episode=3, step=9, s=1, reward=-1.0))) == 1
+    assert actor.memory.digest() == digest
+    assert actor.steps == 0
+
+
+def test_a_mentor_that_changes_its_mind_is_heard_from_the_next_visit_on():
+    actor = learner()
+    actor.hear_state(state())
+    assert actor.hear_recommendation(advice(action=3))[0].action == 3
+    said = actor.hear_state(state(step=1, s=0, reward=-1.0))
+    assert said[0].action == 3
+    assert actor.hear_recommendation(advice(step=1, action=1)) == ()
+    assert actor.hear_recommendation(advice(step=0, action=3)) == ()  # late: not the newest word
+    assert actor.hear_state(state(step=2, s=0, reward=-1.0))[0].action == 1
+
+
+def test_who_does_not_remember_waits_for_every_advice():
+    actor = LearnerActor(ROW, seed=0, remembers_advice=False)
+    actor.hear_world(HERE)
+    actor.hear_state(state())
+    assert len(actor.hear_recommendation(advice())) == 1
+    assert actor.hear_state(state(step=1, s=0, reward=-1.0)) == ()
+    assert len(actor.hear_recommendation(advice(step=1))) == 1
+
+
+def test_no_advice_is_an_advice_of_its_own():
+    actor = learner()
+    actor.hear_state(state())
+    action, = actor.hear_recommendation(advice(action=-1))
+    assert (action.followed, action.confidence) == (False, 0.0)
+    assert action.action in (1, 3)
+
+
+def test_a_world_that_comes_back_keeps_what_was_learned_and_another_does_not():
+    actor = learner(trust='none')
+    actor.hear_state(state())
+    actor.hear_state(state(step=1, s=1, reward=-1.0))
+    digest = actor.memory.digest()
+    notice, = actor.hear_world(HERE._replace(run=8))
+    assert isinstance(notice, Notice) and 'goes on' in notice.text
+    assert actor.memory.digest() == digest
+    other = describe(grid('.G'), 'other', 9)
+    notice, = actor.hear_world(other)
+    assert 'begins to learn' in notice.text
+    assert actor.memory.q.shape == (2, 4)
+
+
+def test_a_state_of_a_run_that_is_not_known_yet_waits_for_its_world():
+    actor = learner(trust='none')
+    refused, = actor.hear_state(state(run=8))
+    assert refused.reason == 'a state must belong to run 7 of the world here, got run 8'
+    said = actor.hear_world(HERE._replace(run=8))
+    assert [type(each) for each in said] == [Notice, Action]
+
+
+IN_THE_ROOM = list(product((learner, mentor), (
+    (state(s=9), 'state outside the grid', 'a state must lie in [0, 8], got 9'),
+    (state(reward=float('nan')), 'reward not a number',
+     'a reward must be a finite number, got nan'),
+    (state(reward=float('-inf')), 'reward not a number',
+     'a reward must be a finite number, got -inf'),
+    (state(terminated=True), 'wrong end',
+     'terminated must be true at a goal and nowhere else, got True in state 0'),
+    (state(s=8), 'wrong end',
+     'terminated must be true at a goal and nowhere else, got False in state 8'),
+    (state(run=5), 'another run', 'a state must belong to run 7 of the world here, got run 5'))))
+
+
+@pytest.mark.parametrize('make, wrong', IN_THE_ROOM)
+def test_a_state_that_cannot_be_right_is_refused(make, wrong):
+    said, kind, reason = wrong
+    assert make().hear_state(said) == (Refused(kind, reason),)
+
+
+def test_a_state_in_an_obstacle_is_refused():
+    actor = MentorActor()
+    actor.hear_world(describe(grid('.#G', '...'), 'wall', RUN))
+    actor.use(World(grid('.#G', '...')).free * 0 - 1)
+    assert actor.hear_state(state(s=4))[0].reason == (
+        'a state must not be an obstacle, got 4 at (1, 1)')
+
+
+@pytest.mark.parametrize('said, reason', [
+    (advice(run=5), 'a recommendation must belong to run 7 of the world here, got run 5'),
+    (advice(s=9), 'a recommendation must be for a state in [0, 8], got 9'),
+    (advice(action=0),
+     'a recommendation must be an action that the cell has, or -1, got 0 in state 0'),
+    (advice(action=7),
+     'a recommendation must be an action that the cell has, or -1, got 7 in state 0')])
+def test_advice_that_cannot_be_right_is_refused_and_not_learned_from(said, reason):
+    actor = learner()
+    actor.hear_state(state())
+    digest = actor.memory.digest()
+    refused, = actor.hear_recommendation(said)
+    assert refused.reason == reason
+    assert actor.memory.digest() == digest
+    assert len(actor.hear_recommendation(advice())) == 1
+
+
+@pytest.mark.parametrize('said, reason', [
+    (Action(5, 1, 0, 1, False, 0.0), 'an action must belong to run 7 of the world here, got '
+     'run 5'),
+    (Action(RUN, 1, 0, 0, False, 0.0),
+     'an action must be one that the cell has, got 0 in state 0'),
+    (Action(RUN, 1, 0, 9, False, 0.0),
+     'an action must be one that the cell has, got 9 in state 0'),
+    (Action(RUN, 1, 0, -1, False, 0.0),
+     'an action must be one that the cell has, got -1 in state 0'),
+    (Action(RUN, 2, 0, 1, False, 0.0), 'an action must answer turn (1, 0), got (2, 0)')])
+def test_an_action_that_cannot_be_right_is_refused_and_moves_nothing(said, reason):
+    world = WorldActor(ROOM, 'room', RUN, seed=0)
+    question = world.question
+    assert world.hear_action(said)[0].reason == reason
+    assert world.question is question
+
+
+@pytest.mark.parametrize('changes, message', [
+    ({'rows': ('..G', '..', '...')}, 'all rows must have the same length'),
+    ({'width': 4}, 'width and height must be those of the rows, 3 x 3, got 4 x 3'),
+    ({'step_limit': 51}, 'sha256 must be that of the world'),
+    ({'intended': float('nan')}, 'intended must be a finite number, got nan'),
+    ({'starts': (99,)}, 'a start must lie in the grid of 9 cells, got state 99')])
+def test_a_description_that_is_no_world_is_refused(changes, message):
+    for actor in (MentorActor(), LearnerActor(ROW, seed=0)):
+        with pytest.raises(ValueError) as error:
+            actor.hear_world(HERE._replace(**changes))
+        assert message in str(error.value)
+
+
+def test_a_description_is_all_that_is_needed_to_rebuild_the_world():
+    assert grid_of(HERE) == ROOM
+    assert issubclass(MapError, ValueError)
+
+
+def test_the_mentor_answers_tools_too():
+    assert mentor().advice(0) == 3
+    assert mentor().advice(8) == -1
+    with pytest.raises(ValueError, match=r'a state must lie in \[0, 8\], got 9'):
+        mentor().advice(9)
+    with pytest.raises(ValueError, match='must have a world and a policy first'):
+        MentorActor().advice(0)

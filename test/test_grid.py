@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A map that is right is read; every way of being wrong has its tiny map."""
+
+from dataclasses import replace
+
+import pytest
+from worlds import grid
+
+from comply_ros.core.grid import LARGEST_SIDE, MapError
+
+
+def test_states_count_from_the_lower_left():
+    small = grid('#G.', '..#')
+    assert (small.width, small.height) == (3, 2)
+    assert small.cells == '..##G.'
+    assert small.place(4) == (1, 1)
+    assert sorted(small.neighbours(4)) == [1, 3, 5]
+
+
+def test_equal_hashes_mean_equal_worlds():
+    small = grid('..G')
+    assert small.sha256 == grid('..G').sha256
+    assert len(small.sha256) == 64
+    assert small.sha256 != replace(small, step_reward=-1.5).sha256
+    assert small.sha256 != replace(small, starts=(1,)).sha256
+
+
+@pytest.mark.parametrize('rows, settings, message', [
+    ((), {}, 'a map needs at least one row of cells, got none'),
+    (('..G', '..'), {}, 'all rows must have the same length: row 2 has 2 cells, row 1 has 3'),
+    (('..x', '..G'), {}, "a cell must be one of . # G, got 'x' in row 1, column 3"),
+    (('...',), {}, 'a map needs at least one goal G, got none'),
+    (('..G',), {'starts': ()}, 'a map needs at least one start, got none'),
+    (('#.G',), {}, 'a start must be a free cell, but (0, 0) is an obstacle'),
+    (('..G',), {'starts': (2,)}, 'a start must be a free cell, but (2, 0) is the goal'),
+    (('..G',), {'starts': (3,)}, 'a start must lie in the grid of 3 cells, got state 3'),
+    (('.#G',), {}, 'the goal must be in reach of every start, but no way leads there from (0, 0)'),
+    (('..G',), {'step': 0.0},
+     'step_reward must be below 0, or the best policy never arrives, got 0.0'),
+    (('..G',), {'obstacle': 1.0},
+     'obstacle_reward must be below 0, or the best policy never arrives, got 1.0'),
+    (('..G',), {'goal': float('nan')}, 'goal_reward must be a finite number, got nan'),
+    (('..G',), {'intended': 1.3}, 'intended must lie in (0, 1], got 1.3'),
+    (('..G',), {'limit': 0}, 'step_limit must lie in [1, 1000000], got 0'),
+    (('.' * LARGEST_SIDE + 'G',), {},
+     f'a map may have at most {LARGEST_SIDE} cells a side, got {LARGEST_SIDE + 1} x 1'),
+])
+def test_a_wrong_map_says_which_rule_it_breaks(rows, settings, message):
+    with pytest.raises(MapError) as error:
+        grid(*rows, **settings)
+    assert str(error.value) == message
+
+
+def test_a_goal_behind_another_goal_is_out_of_reach():
+    with pytest.raises(MapError, match='no way leads there'):
+        grid('.#G', starts=(0,))
+    assert grid('..G.G').starts == (0,)

@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The lesson: real processes, and the bits of `train`."""
+
+import json
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+
+from nodes import run, wait_until
+import pytest
+
+from comply_ros.experiments import train
+from comply_ros.nodes.processes import START
+
+pytestmark = pytest.mark.usefixtures('domain')
+
+# Iterations that make at least 20,000 steps on `maze` with half a mentor.
+LONG = {'sarsa': 5, 'q_learning': 8, 'constant': 6, 'vanishing': 6, 'beta_implicit': 12,
+        'explicit': 10}
+SMALL = ('--map', 'bar_grid', '--mentor', 'noisy:0.3', '--iterations', '3', '--episodes', '5')
+
+
+def trained(folder, *argv):
+    """Return the summary of `train`."""
+    assert train.main(['train', *argv, '--out', str(folder)]) == 0
+    return json.loads((folder / 'summary.json').read_text())
+
+
+def taught(folder, *argv, timeout=100):
+    """Return the summary of `lesson`."""
+    done = run('lesson', *argv, '--out', str(folder), timeout=timeout)
+    assert done.returncode == 0, done.stderr
+    assert 'Traceback' not in done.stderr
+    return json.loads((folder / 'summary.json').read_text())
+
+
+def assert_equal_but_for_time(one, other):
+    """Check that two summaries differ in nothing but the clock."""
+    for key in one:
+        if key not in ('wall_seconds', 'steps_per_second'):
+            assert one[key] == other[key], key
+
+
+@pytest.mark.parametrize('method', LONG)
+def test_lesson_gives_the_digest_of_train(tmp_path, method):
+    argv = ('--method', method, '--iterations', str(LONG[method]), '--mentor', 'snapshot:0.5',
+            '--seed', '3')
+    expected = trained(tmp_path / 'train', *argv)
+    assert expected['steps'] >= 20_000
+    assert_equal_but_for_time(expected, taught(tmp_path / 'lesson', *argv))
+
+
+@pytest.mark.parametrize('method', LONG)
+def test_lesson_gives_the_digest_of_train_as_the_text_says(tmp_path, method):
+    argv = (*SMALL, '--method', method, '--profile', 'report', '--set', 'temperature=0.7')
+    assert_equal_but_for_time(trained(tmp_path / 'train', *argv),
+                              taught(tmp_path / 'lesson', *argv))
+
+
+def test_a_lesson_leaves_results_logs_and_its_parameters(tmp_path):
+    taught(tmp_path, *SMALL)
+    assert sorted(os.listdir(tmp_path)) == [
+        'grid_world.log', 'learner.log', 'learning.npz', 'learning_curve.png', 'mentor.log',
+        'mentor.txt', 'parameters.yaml', 'summary.json', 'trust_map.png']
+    for name in ('grid_world', 'mentor', 'learner'):
+        assert 'Traceback' not in (tmp_path / f'{name}.log').read_text()
+
+
+def test_a_map_and_a_policy_of_ones_own_are_taught(tmp_path, monkeypatch):
+    (tmp_path / 'mine.yaml').write_text(
+        'intended: 0.9\nstep_limit: 40\nrewards: {step: -1, goal: 9}\nstarts: anywhere\n'
+        "rows: ['..G', '...']\n")
+    (tmp_path / 'mine.txt').write_text('>>G\n>>^\n')
+    monkeypatch.chdir(tmp_path)
+    argv = ('--map', 'mine.yaml', '--mentor', 'file:mine.txt', '--iterations', '3')
+    assert_equal_but_for_time(trained(tmp_path / 'a', *argv), taught(tmp_path / 'b', *argv))
+
+
+@pytest.fixture
+def lesson(tmp_path):
+    """Return a lesson that takes long, and the folder where it writes, with its nodes alive."""
+    process = subprocess.Popen(
+        [sys.executable, '-c', START.format('lesson'), '--map', 'bar_grid', '--mentor', 'optimal',
+         '--iterations', '100000', '--out', str(tmp_path)],
+        stderr=subprocess.PIPE, text=True, start_new_session=True)
+    log = tmp_path / 'learner.log'
+    wait_until(lambda: log.exists() and 'begins to learn' in log.read_text(), 'learning')
+    yield process, tmp_path
+    process.terminate()
+    process.communicate(timeout=30)
+
+
+def children(process):
+    """Return the process ids of the nodes of a lesson, by name."""
+    ids = Path(f'/proc/{process.pid}/task/{process.pid}/children').read_text().split()
+    return {name: int(pid) for pid in ids for name in ('grid_world', 'mentor', 'learner')
+            if f'import {name};' in Path(f'/proc/{pid}/cmdline').read_text()}
+
+
+@pytest.mark.parametrize('name', ['grid_world', 'mentor', 'learner'])
+def test_a_node_that_dies_ends_the_lesson_with_its_name(lesson, name):
+    process, folder = lesson
+    ids = children(process)
+    os.kill(ids[name], signal.SIGKILL)
+    said = process.communicate(timeout=30)[1]
+    assert process.returncode == 1
+    assert f'lesson: {name} ended with signal SIGKILL; its last lines:\n' in said
+    assert 'ready' in said and 'Traceback' not in said
+    assert not any(os.path.exists(f'/proc/{pid}') for pid in ids.values())
+    assert not (folder / 'summary.json').exists()
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_ctrl_c_ends_a_lesson_and_its_nodes(lesson, number):
+    process, folder = lesson
+    ids = children(process)
+    process.send_signal(number)
+    said = process.communicate(timeout=30)[1]
+    assert process.returncode == 130
+    assert said.endswith('lesson: interrupted\n') and 'Traceback' not in said
+    assert len(ids) == 3
+    assert not any(os.path.exists(f'/proc/{pid}') for pid in ids.values())
+
+
+def test_a_lesson_that_is_killed_takes_its_nodes_along(lesson):
+    process, _ = lesson
+    ids = children(process)
+    process.kill()
+    assert len(ids) == 3
+    wait_until(lambda: not any(os.path.exists(f'/proc/{pid}') for pid in ids.values()), 'end')
+
+
+def test_two_lessons_on_the_same_topics_are_noticed(lesson, tmp_path):
+    done = run('lesson', *SMALL, '--out', str(tmp_path / 'second'))
+    assert done.returncode == 1
+    assert 'lesson: somebody else speaks on the topics of this lesson' in done.stderr
+    assert 'give it a --namespace of its own' in done.stderr
+
+
+def test_a_namespace_lets_a_second_lesson_be_held(lesson, tmp_path):
+    assert_equal_but_for_time(trained(tmp_path / 'a', *SMALL),
+                              taught(tmp_path / 'b', *SMALL, '--namespace', 'second'))
+
+
+@pytest.mark.parametrize('argv, message', [
+    (('--map', 'nowhere'), "lesson: map 'nowhere': a map must be one of"),
+    (('--rate', '-1'), 'lesson: rate must lie in [0, 1000], got -1'),
+    (('--namespace', '2 b'), "lesson: a namespace is made of letters, digits, _ and /, got '2 b'"),
+])
+def test_a_mistake_is_said_before_anything_is_started(tmp_path, argv, message):
+    done = run('lesson', *SMALL, *argv, '--out', str(tmp_path))
+    assert done.returncode == 2
+    assert done.stderr.startswith(message)
+    assert done.stderr.count('\n') == 1
+    assert not (tmp_path / 'learner.log').exists()

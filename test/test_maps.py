@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Maps from files."""
+
+import numpy as np
+import pytest
+
+from comply_ros.core.grid import MapError
+from comply_ros.session.maps import map_names, parse_map, read_map
+
+SMALL = """
+intended: 0.8
+step_limit: 50
+rewards: {step: -1, obstacle: -5, goal: 10}
+starts: [[0, 0]]
+rows: ['..G', '.#.']
+"""
+
+
+def test_the_maps_that_come_with_the_package():
+    assert map_names() == ['bar_grid', 'free_grid', 'maze']
+
+
+def test_maze_is_that_of_the_report():
+    maze = read_map('maze', 'report')
+    cells = np.array(list(maze.cells)).reshape(41, 41)  # [y, x]
+    assert cells[20, 20] == 'G'
+    assert (cells == '#').sum() == 484
+    assert (cells[6:17, 24:35] == '#').all()
+    assert maze.starts == (0, 40, 1640, 1680)
+    assert (maze.step_reward, maze.obstacle_reward, maze.goal_reward) == (-0.1, -10.0, 10.0)
+    assert (maze.intended, maze.step_limit) == (0.95, 320)
+
+
+def test_a_profile_changes_rewards():
+    assert read_map('maze', 'published').obstacle_reward == -5.0
+
+
+@pytest.mark.parametrize('name, free', [('free_grid', 120), ('bar_grid', 113)])
+def test_the_small_grids_begin_anywhere(name, free):
+    small = read_map(name, 'report')
+    assert len(small.starts) == free
+    assert small.intended == 0.9
+    assert small.goal_reward == 1.0
+
+
+def test_a_file_is_a_map_too(tmp_path):
+    path = tmp_path / 'mine.yaml'
+    path.write_text(SMALL)
+    assert read_map(str(path), 'report') == parse_map(SMALL, 'published')
+    assert parse_map(SMALL, 'report').obstacle_reward == -5.0
+
+
+@pytest.mark.parametrize('old, new, message', [
+    ("'..G', '.#.'", "'..G', '.#'",
+     'all rows must have the same length: row 2 has 2 cells, row 1 has 3'),
+    ("['..G', '.#.']", '1', "rows must be a list of texts such as '..#G', got 1"),
+    ('[[0, 0]]', '[[1, 0]]', 'a start must be a free cell, but (1, 0) is an obstacle'),
+    ('[[0, 0]]', '[[3, 0]]', 'a start must lie in the grid of 3 x 2 cells, got (3, 0)'),
+    ('[[0, 0]]', '[]', 'a map needs at least one start, got none'),
+    ('[[0, 0]]', 'corner',
+     "starts must be 'anywhere' or a list of [x, y], in whole numbers, got 'corner'"),
+    ('0.8', 'often', "intended must be a number, got 'often'"),
+    ('50', '5.5', 'step_limit must be a whole number, got 5.5'),
+    ('goal: 10', 'gaol: 10', "rewards must be a table of step, obstacle, goal, got "
+     "{'step': -1, 'obstacle': -5, 'gaol': 10}"),
+    (', obstacle: -5', '', "rewards need the key 'obstacle'"),
+    ('starts', 'beginnings', 'a map has the keys intended, step_limit, rewards, profiles, starts, '
+     "rows, got 'beginnings'"),
+    ('step_limit: 50\n', '', "a map needs the key 'step_limit'"),
+    ('rows:', 'rows: [', 'a map must be YAML, and this is not at line 7'),
+])
+def test_a_wrong_file_says_which_rule_it_breaks(tmp_path, old, new, message):
+    path = tmp_path / 'mine.yaml'
+    assert old in SMALL
+    path.write_text(SMALL.replace(old, new))
+    with pytest.raises(MapError) as error:
+        read_map(str(path), 'report')
+    assert str(error.value) == f'map {str(path)!r}: {message}'
+
+
+@pytest.mark.parametrize('text', ['', '7', '[1, 2]', '\x00', '&a [*a]'])
+def test_what_is_no_map_at_all_is_refused(text):
+    with pytest.raises(MapError, match='a map must be'):
+        parse_map(text, 'report')
+
+
+def test_a_map_that_is_not_there_is_named():
+    with pytest.raises(MapError) as error:
+        read_map('nowhere', 'report')
+    assert str(error.value) == ("map 'nowhere': a map must be one of bar_grid, free_grid, maze or "
+                                'a readable file (no such file or directory)')

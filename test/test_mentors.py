@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Mentors of every quality."""
+
+import os
+
+import numpy as np
+import pytest
+from worlds import corridor
+
+from comply_ros.core.mentors import make_policy, MentorError, parse_spec, Spec
+from comply_ros.core.planning import optimal_policy, Yardstick
+from comply_ros.core.policy import PolicyError
+from comply_ros.core.world import World
+from comply_ros.session.maps import read_map
+from comply_ros.session.mentors import is_slow, mentor_policy, read_spec
+
+FREE_GRID = World(read_map('free_grid', 'report'))
+
+
+def optimality(text, seed=0):
+    """Return the optimality level of a mentor on `free_grid`."""
+    yardstick = Yardstick(FREE_GRID)
+    return yardstick.optimality(yardstick.return_of(
+        make_policy(parse_spec(text), FREE_GRID, seed)))
+
+
+@pytest.mark.parametrize('text, spec', [
+    ('optimal', Spec('optimal')), ('none', Spec('none')), ('noisy:0.2', Spec('noisy', 0.2)),
+    ('snapshot:0.75', Spec('snapshot', 0.75)), ('file:a:b.txt', Spec('file', 'a:b.txt'))])
+def test_a_mentor_is_written_as_kind_and_value(text, spec):
+    assert parse_spec(text) == spec
+
+
+@pytest.mark.parametrize('text, message', [
+    ('good', 'a mentor must be one of optimal, random, adversarial, noisy:P, snapshot:Q, '
+     "file:PATH, none, got 'good'"),
+    ('noisy', "this mentor is written noisy:P, got 'noisy'"),
+    ('optimal:1', "this mentor is written optimal, got 'optimal:1'"),
+    ('file:', "this mentor is written file:PATH, got 'file:'"),
+    ('noisy:1.5', "the number of noisy:P must lie in [0, 1], got '1.5'"),
+    ('noisy:much', "the number of noisy:P must lie in [0, 1], got 'much'"),
+    ('snapshot:nan', "the number of snapshot:Q must lie in [-10, 1], got 'nan'")])
+def test_a_mentor_that_does_not_exist_is_refused(text, message):
+    with pytest.raises(MentorError) as error:
+        parse_spec(text)
+    assert str(error.value) == message
+
+
+def test_the_adversary_takes_the_worst_action():  # in `..G`: left, away from the goal
+    assert make_policy(Spec('adversarial'), corridor(), 0).tolist() == [1, 0, -1]
+
+
+def test_noise_spoils_a_share_of_the_states():
+    best = optimal_policy(FREE_GRID)
+    spoiled = make_policy(Spec('noisy', 0.5), FREE_GRID, 0)
+    assert 0.2 < np.mean(spoiled[FREE_GRID.free] != best[FREE_GRID.free]) < 0.5
+    assert (make_policy(Spec('noisy', 0.0), FREE_GRID, 0) == best).all()
+    assert (make_policy(Spec('noisy', 1.0), FREE_GRID, 5)
+            == make_policy(Spec('random'), FREE_GRID, 5)).all()
+
+
+def test_mentors_are_ordered_as_they_should_be():
+    assert optimality('optimal') == 1.0
+    assert optimality('none') == 0.0
+    assert optimality('adversarial') < optimality('snapshot:0.8') < 1.0
+    assert optimality('noisy:0.02') > optimality('noisy:0.3')
+
+
+def test_a_snapshot_is_near_to_the_wanted_level():
+    assert optimality('snapshot:0.75') == pytest.approx(0.75, abs=0.05)
+
+
+def test_all_advice_can_be_taken():
+    for text in ('optimal', 'random', 'adversarial', 'noisy:0.4', 'snapshot:0.5'):
+        policy = make_policy(parse_spec(text), FREE_GRID, 1)
+        states = np.flatnonzero(FREE_GRID.free)
+        assert FREE_GRID.available[states, policy[states]].all()
+        assert (policy[~FREE_GRID.free] == -1).all()
+
+
+def test_the_seed_decides_which_mentor_it_is():
+    first, same, other = (make_policy(Spec('random'), FREE_GRID, k) for k in (1, 1, 2))
+    assert (first == same).all() and (first != other).any()
+
+
+def test_a_generated_mentor_is_remembered(tmp_path, monkeypatch):
+    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path))
+    spec, world = parse_spec('snapshot:0.6'), FREE_GRID
+    assert is_slow(spec, world, 0)
+    made = mentor_policy(spec, world, 0)
+    assert not is_slow(spec, world, 0)
+    remembered, = (tmp_path / 'comply_ros' / 'mentors').iterdir()
+    monkeypatch.setattr('comply_ros.core.mentors.make_policy', None)
+    assert (mentor_policy(spec, world, 0) == made).all()
+    assert is_slow(parse_spec('snapshot:0.61'), world, 0)
+    monkeypatch.undo()
+    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path))
+    remembered.write_text('spoiled')
+    assert (mentor_policy(spec, world, 0) == made).all()
+
+
+def test_a_cache_that_cannot_be_written_is_no_reason_to_stop(tmp_path, monkeypatch):
+    (tmp_path / 'comply_ros').write_text('a file where a folder should be')
+    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path))
+    assert mentor_policy(parse_spec('snapshot:0.6'), FREE_GRID, 0).shape == (121,)
+
+
+def test_a_policy_file_is_a_mentor(tmp_path):
+    path = tmp_path / 'mine.txt'
+    path.write_text('>>G\n')
+    assert mentor_policy(read_spec(f'file:{path}'), corridor(), 0).tolist() == [1, 1, -1]
+    with pytest.raises(PolicyError, match='must have the shape of the map'):
+        mentor_policy(read_spec(f'file:{path}'), FREE_GRID, 0)
+
+
+def test_a_policy_file_that_cannot_be_read_is_named(tmp_path):
+    with pytest.raises(MentorError) as error:
+        read_spec('file:/nowhere/mine.txt')
+    assert str(error.value) == ("a policy file must be readable, got '/nowhere/mine.txt' "
+                                '(no such file or directory)')
+    (tmp_path / 'bytes').write_bytes(bytes(range(256)))
+    with pytest.raises(MentorError, match='it is not text'):
+        read_spec(f'file:{tmp_path / "bytes"}')
+    assert os.path.exists(tmp_path / 'bytes')

@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Time to convergence, reward ratio, regret: section 4.3.1."""
+
+import pytest
+
+from comply_ros.core.metrics import regret, reward_ratio, threshold, time_to_convergence
+
+RETURNS = [-2.0, 5.0, 4.0, 5.5, 5.0]
+
+
+def test_thresholds_of_the_two_profiles():
+    assert threshold('report', 5.8386) == pytest.approx(5.780214)  # 99 %
+    assert threshold('published', 5.8386) == pytest.approx(4.9)
+    assert threshold('report', -2.0) == pytest.approx(-2.02)  # below it, where it is negative
+
+
+def test_the_report_asks_to_stay_above_and_the_runs_count():
+    assert time_to_convergence('report', RETURNS, 4.5) == 3
+    assert time_to_convergence('published', RETURNS, 4.5) == 2
+    assert time_to_convergence('report', RETURNS, 5.2) is None
+    assert time_to_convergence('report', RETURNS, -3.0) == 0
+    assert time_to_convergence('published', RETURNS, -3.0) == 0
+
+
+def test_the_ratio_is_what_was_collected_until_then():
+    assert reward_ratio(RETURNS, 3, 5.0) == pytest.approx(7.0 / 15.0)
+    assert reward_ratio(RETURNS, None, 5.0) == pytest.approx(17.5 / 25.0)
+    assert reward_ratio(RETURNS, 0, 5.0) is None
+
+
+def test_regret_is_what_is_missing():
+    assert regret(RETURNS, 5.5) == pytest.approx(7.5 + 0.5 + 1.5 + 0.0 + 0.5)

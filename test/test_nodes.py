@@ -1,0 +1,340 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The three nodes as real processes over real topics."""
+
+from dataclasses import replace
+from itertools import permutations
+import os
+import random
+import re
+import signal
+import time
+
+from comply_msgs.srv import Recommend, Save
+from nodes import log_has, nodes, run, wait_until
+import pytest
+import rclpy
+from rclpy.node import Node
+
+from comply_ros.core.method import FIELDS, find_method
+from comply_ros.core.policy import format_policy, parse_policy
+from comply_ros.core.training import Training
+from comply_ros.core.world import World
+from comply_ros.nodes import parameters, topics
+from comply_ros.session.maps import read_map
+from comply_ros.session.mentors import mentor_policy, read_spec
+
+pytestmark = pytest.mark.usefixtures('domain')
+SMALL = ('-p', 'map:=bar_grid', '-p', 'seed:=3')
+MENTOR = ('-p', 'mentor:=noisy:0.3')
+LEARNER = ('-p', 'seed:=3', '-p', 'iterations:=4', '-p', 'episodes:=5')
+DIGEST = r'finished 4 iterations, digest (\w{64})'
+
+
+@pytest.fixture
+def expected():
+    """Return the digest that `train` gives for the arguments above."""
+    world = World(read_map('bar_grid', 'published'))
+    row = replace(find_method('beta_implicit', 'published'), iterations=4, episodes=5)
+    training = Training(world, mentor_policy(read_spec('noisy:0.3'), world, 0), row, 3)
+    for _ in range(4):
+        training.iterate()
+    return training.memory.digest()
+
+
+@pytest.fixture
+def node():
+    """Return a node of the test's own."""
+    context = rclpy.Context()
+    rclpy.init(context=context)
+    yield Node('test', context=context)
+    rclpy.try_shutdown(context=context)
+
+
+def spin_until(node, condition, what, deadline=40.0):
+    """Spin the test's node until the condition is true."""
+    executor = rclpy.executors.SingleThreadedExecutor(context=node.context)
+    executor.add_node(node)
+    end = time.monotonic() + deadline
+    while not condition():
+        assert time.monotonic() < end, f'no {what} within {deadline} s'
+        executor.spin_once(timeout_sec=0.05)
+    executor.remove_node(node)
+
+
+def heard(node, topic):
+    """Return the list of what is said on a topic from now on."""
+    said = []
+    node.create_subscription(topic.message, topic.name, said.append, topic.qos)
+    return said
+
+
+def digest_of(learner):
+    """Return the digest that a learner has logged, as soon as it has."""
+    wait_until(log_has(learner, 'finished'), 'end of the learning')
+    return re.search(DIGEST, learner.log.read_text())[1]
+
+
+@pytest.mark.parametrize('order', list(permutations(('grid_world', 'mentor', 'learner'))),
+                         ids='-'.join)
+def test_nodes_start_in_any_order(tmp_path, expected, order):
+    arguments = {'grid_world': SMALL, 'mentor': MENTOR, 'learner': LEARNER}
+    with nodes(tmp_path, **{order[0]: arguments[order[0]]}) as first:
+        wait_until(log_has(first[order[0]], 'ready'), 'first node')
+        with nodes(tmp_path, **{order[1]: arguments[order[1]]}) as second:
+            wait_until(log_has(second[order[1]], 'ready'), 'second node')
+            with nodes(tmp_path, **{order[2]: arguments[order[2]]}) as third:
+                assert digest_of({**first, **second, **third}['learner']) == expected
+
+
+@pytest.mark.parametrize('name', ['grid_world', 'mentor', 'learner'])
+def test_ctrl_c_at_any_moment_ends_a_node_cleanly(tmp_path, name):
+    moments = random.Random(name).sample(range(0, 1500), 5)
+    for number, milliseconds in enumerate(sorted(moments)):
+        with nodes(tmp_path / str(number), **{name: ()}) as started:
+            process = started[name]
+            wait_until(lambda: hears_ctrl_c(process.pid), 'first line of ours')
+            begin = time.monotonic()
+            wait_until(lambda: time.monotonic() - begin > milliseconds / 1000, 'moment')
+            process.interrupt()
+            assert process.wait() == 0, (milliseconds, process.log.read_text())
+            assert 'Traceback' not in process.log.read_text()
+
+
+def hears_ctrl_c(pid):
+    """Tell whether our own handlers are there: Python itself does not catch SIGTERM."""
+    with open(f'/proc/{pid}/status') as status:
+        caught = re.search(r'SigCgt:\s*(\w+)', status.read())
+    return caught and int(caught[1], 16) & (1 << (signal.SIGTERM - 1))
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_nodes_end_cleanly_in_the_middle_of_the_learning(tmp_path, node, number):
+    said = heard(node, topics.ACTION)
+    with nodes(tmp_path, grid_world=SMALL, mentor=MENTOR,
+               learner=('-p', 'iterations:=0')) as started:
+        spin_until(node, lambda: len(said) > 200, 'learning')
+        for process in started.values():
+            os.kill(process.pid, number)
+        assert {name: p.wait() for name, p in started.items()} == dict.fromkeys(started, 0)
+        for process in started.values():
+            assert 'Traceback' not in process.log.read_text()
+
+
+def test_every_field_of_a_method_is_a_parameter_with_a_description(tmp_path, node):
+    from rcl_interfaces.srv import DescribeParameters, ListParameters
+    expect = {
+        'grid_world': {'map', 'profile', 'seed', 'rate'},
+        'mentor': {'mentor', 'seed'},
+        'learner': {'method', 'profile', 'seed', 'map_period', 'remembers_advice', *FIELDS}}
+    with nodes(tmp_path, grid_world=(), mentor=(), learner=()):
+        for name, names in expect.items():
+            listed = call(node, ListParameters, f'/{name}/list_parameters')
+            ours = {each for each in listed.result.names if '.' not in each} - parameters.ROS
+            assert ours == names
+            described = call(node, DescribeParameters, f'/{name}/describe_parameters',
+                             names=sorted(ours)).descriptors
+            assert all(len(each.description) > 5 for each in described)
+            ranged = {each.name for each in described
+                      if each.floating_point_range or each.integer_range}
+            assert ranged >= {n for n in ours if n in FIELDS and FIELDS[n].metadata['high']}
+
+
+def call(node, kind, name, **request):
+    """Return the response of a service."""
+    client = node.create_client(kind, name)
+    spin_until(node, client.service_is_ready, f'service {name}')
+    future = client.call_async(kind.Request(**request))
+    spin_until(node, future.done, f'answer of {name}')
+    return future.result()
+
+
+@pytest.mark.parametrize('name, argument, message', [
+    ('learner', 'temperature:=1', 'learner: parameter temperature must be a double such as 1.0 '
+     '(with a point), got 1'),
+    ('learner', 'temperature:=-1.0',
+     'learner: parameter temperature must lie in [1e-09, 1000000], got -1.0'),
+    ('learner', 'episodes:=1.5', 'learner: parameter episodes must be an integer such as 1, '
+     'got 1.5'),
+    ('learner', 'method:=sarse', 'learner: parameter method must be one of sarsa, q_learning, '
+     "constant, vanishing, beta_implicit, explicit, got 'sarse'"),
+    ('learner', 'trust:=blind', "learner: parameter trust must be one of none, scheduled, beta, "
+     "explicit, got 'blind'"),
+    ('learner', 'belief_listen:=-1.0', 'learner: belief_listen and belief_discard must be above 0 '
+     'where trust is beta, got -1.0 and 2.0'),
+    ('grid_world', 'seed:=-1',
+     'grid_world: parameter seed must lie in [0, 9007199254740992], got -1'),
+    ('grid_world', 'rate:=5', 'grid_world: parameter rate must be a double such as 1.0 (with a '
+     'point), got 5'),
+    ('grid_world', 'map:=nowhere', "grid_world: map 'nowhere': a map must be one of bar_grid, "
+     'free_grid, maze or a readable file (no such file or directory)'),
+    ('mentor', 'mentor:=good', 'mentor: a mentor must be one of optimal, random, adversarial, '
+     "noisy:P, snapshot:Q, file:PATH, none, got 'good'"),
+])
+def test_a_wrong_parameter_is_one_line_and_exit_code_2(name, argument, message):
+    done = run(name, '--ros-args', '-p', argument)
+    assert (done.returncode, done.stdout) == (2, '')
+    assert done.stderr == message + '\n'
+
+
+def test_wrong_ros_arguments_are_one_sentence():
+    done = run('learner', '--ros-args', '--params-file', '/nowhere.yaml')
+    assert done.returncode == 2
+    assert "learner: the arguments after --ros-args must be valid: Couldn't parse" in done.stderr
+    assert 'Traceback' not in done.stderr
+
+
+def test_an_unknown_parameter_is_warned_of(tmp_path):
+    with nodes(tmp_path, learner=('-p', 'temprature:=1.0')) as started:
+        wait_until(log_has(started['learner'], "parameter 'temprature' is unknown and has no "
+                                               'effect'), 'warning')
+
+
+def test_a_policy_that_does_not_fit_ends_the_mentor_with_one_line(tmp_path):
+    (tmp_path / 'policy.txt').write_text('>>G\n')
+    with nodes(tmp_path, grid_world=SMALL,
+               mentor=('-p', f'mentor:=file:{tmp_path}/policy.txt')) as started:
+        assert wait_until(lambda: started['mentor']._process.poll(), 'end') == 2
+        said = started['mentor'].log.read_text()
+        assert said.endswith('mentor: a policy must have the shape of the map, 11 x 11 cells, '
+                             'got 3 x 1\n')
+        assert 'Traceback' not in said
+
+
+def test_the_rate_changes_while_the_world_runs(tmp_path, node):
+    from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+    from rcl_interfaces.srv import SetParameters
+
+    def set_rate(rate):
+        value = ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=rate)
+        return call(node, SetParameters, '/grid_world/set_parameters',
+                    parameters=[Parameter(name='rate', value=value)]).results[0]
+
+    def seconds_for(count):
+        begin, already = time.monotonic(), len(said)
+        spin_until(node, lambda: len(said) >= already + count, f'{count} states')
+        return time.monotonic() - begin
+
+    said = heard(node, topics.STATE)
+    with nodes(tmp_path, grid_world=(*SMALL, '-p', 'rate:=20.0'), mentor=MENTOR,
+               learner=('-p', 'iterations:=0')):
+        spin_until(node, lambda: len(said) > 2, 'states')
+        assert seconds_for(20) > 0.8
+        assert not set_rate(5000.0).successful
+        assert set_rate(0.0).successful
+        spin_until(node, lambda: len(said) > 300, 'states at full speed')
+        assert set_rate(10.0).successful
+        seconds_for(3)
+        assert seconds_for(10) > 0.8
+
+
+def test_a_namespace_gives_a_second_robot(tmp_path, expected):
+    there = ('-r', '__ns:=/second')
+    with nodes(tmp_path / 'a', grid_world=SMALL, mentor=MENTOR, learner=LEARNER) as here, \
+            nodes(tmp_path / 'b', grid_world=SMALL + there, mentor=MENTOR + there,
+                  learner=(*LEARNER, '-p', 'seed:=4', *there)) as second:
+        assert digest_of(here['learner']) == expected
+        assert digest_of(second['learner']) != expected
+
+
+def test_the_mentor_answers_a_service(tmp_path, node):
+    world = World(read_map('bar_grid', 'published'))
+    policy = mentor_policy(read_spec('noisy:0.3'), world, 0)
+    with nodes(tmp_path, mentor=MENTOR) as started:
+        wait_until(log_has(started['mentor'], 'ready'), 'mentor')
+        early = call(node, Recommend, 'recommend', state=0)
+        assert (early.success, early.action) == (False, -1)
+        assert early.message == 'the mentor must have a world and a policy first, and has none yet'
+        with nodes(tmp_path, grid_world=SMALL):
+            wait_until(log_has(started['mentor'], 'advises'), 'policy')
+            for s in (0, 27, 120):
+                answer = call(node, Recommend, 'recommend', state=s)
+                assert (answer.success, answer.action) == (True, policy[s])
+            beyond = call(node, Recommend, 'recommend', state=121)
+            assert (beyond.success, beyond.message) == (
+                False, 'a state must lie in [0, 120], got 121')
+
+
+def test_the_learner_saves_on_request(tmp_path, node, expected):
+    with nodes(tmp_path, learner=LEARNER) as started:
+        early = call(node, Save, 'save', path=str(tmp_path / 'early.npz'))
+        assert (early.success, early.message) == (
+            False, 'nothing is learned before a world is known')
+        with nodes(tmp_path, grid_world=SMALL, mentor=MENTOR):
+            assert digest_of(started['learner']) == expected
+        nowhere = call(node, Save, 'save', path='/nowhere/learning.npz')
+        assert (nowhere.success, nowhere.message) == (
+            False, '/nowhere/learning.npz: no such file or directory')
+        saved = call(node, Save, 'save', path=str(tmp_path / 'learning.npz'))
+        assert (saved.success, saved.digest) == (True, expected)
+        assert (tmp_path / 'learning.npz').exists()
+
+
+def test_maps_over_all_states_are_published(tmp_path, node):
+    trust, policy, advice = (heard(node, topic) for topic in (
+        topics.TRUST, topics.POLICY, topics.MENTOR_POLICY))
+    with nodes(tmp_path, grid_world=SMALL, mentor=MENTOR, learner=LEARNER) as started:
+        digest_of(started['learner'])
+        spin_until(node, lambda: trust and policy and advice, 'maps')
+    world = World(read_map('bar_grid', 'published'))
+    assert list(advice[-1].action) == mentor_policy(read_spec('noisy:0.3'), world, 0).tolist()
+    assert len(trust[-1].confidence) == len(policy[-1].action) == 121
+    assert all(0.0 <= p <= 1.0 for p in trust[-1].confidence)
+
+
+def test_messages_that_cannot_be_right_are_refused_once_and_change_nothing(
+        tmp_path, node, expected):
+    worlds, states = heard(node, topics.WORLD), heard(node, topics.STATE)
+    with nodes(tmp_path, grid_world=SMALL, learner=LEARNER) as started:
+        spin_until(node, lambda: worlds and states, 'a question')
+        wait_until(log_has(started['learner'], 'begins to learn'), 'learner')
+        run_id = worlds[-1].run
+        state = {'run': run_id, 'episode': 1, 'step': 0}
+        for name, topic, wrong, sentence in (
+                ('learner', topics.STATE, {'state': 4000}, 'a state must lie in [0, 120], got'),
+                ('learner', topics.STATE, {'reward': float('nan')},
+                 'a reward must be a finite number, got nan'),
+                ('learner', topics.STATE, {'run': run_id ^ 1},
+                 f'a state must belong to run {run_id}'),
+                ('learner', topics.STATE, {'terminated': True},
+                 'terminated must be true at a goal and nowhere else'),
+                ('learner', topics.RECOMMENDATION, {'state': 4000},
+                 'a recommendation must be for a state in [0, 120]'),
+                ('learner', topics.RECOMMENDATION, {'action': 77},
+                 'a recommendation must be an action that the cell has'),
+                ('grid_world', topics.ACTION, {'action': 77},
+                 'an action must be one that the cell has'),
+                ('grid_world', topics.ACTION, {'run': run_id ^ 1},
+                 f'an action must belong to run {run_id}'),
+                ('grid_world', topics.ACTION, {'episode': 2},
+                 'an action must answer turn (1, 0), got (2, 0)')):
+            publisher = node.create_publisher(topic.message, topic.name, topic.qos)
+            logged = log_has(started[name], f'refused: {sentence}')
+
+            def say_it_until_it_is_heard():
+                publisher.publish(topic.message(**{**state, **wrong}))
+                return logged()
+            wait_until(say_it_until_it_is_heard, sentence)
+            for _ in range(20):
+                publisher.publish(topic.message(**{**state, **wrong}))
+            node.destroy_publisher(publisher)
+        for name in started:
+            told = re.findall(r'refused: (\w+ \w+ must \w+ \w+)', started[name].log.read_text())
+            assert len(told) == len(set(told))
+        with nodes(tmp_path, mentor=MENTOR):
+            assert digest_of(started['learner']) == expected
+
+
+def test_a_mentor_of_ones_own_can_take_the_place_of_ours(tmp_path, node):
+    world = World(read_map('bar_grid', 'published'))
+    policy = mentor_policy(read_spec('optimal'), world, 0)
+    assert (parse_policy(format_policy(policy, world), world) == policy).all()
+    say = node.create_publisher(topics.RECOMMENDATION.message, 'recommendation',
+                                topics.RECOMMENDATION.qos)
+
+    def recommend(state):
+        say.publish(topics.RECOMMENDATION.message(
+            run=state.run, episode=state.episode, step=state.step, state=state.state,
+            action=int(policy[state.state])))
+    node.create_subscription(topics.STATE.message, 'state', recommend, topics.STATE.qos)
+    with nodes(tmp_path, grid_world=SMALL, learner=LEARNER) as started:
+        spin_until(node, log_has(started['learner'], 'finished'), 'end of the learning')

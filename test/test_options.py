@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a session is asked to do, and everything that can be wrong with it."""
+
+import json
+import os
+
+import numpy as np
+import pytest
+
+from comply_ros.core.method import METHODS
+from comply_ros.core.policy import parse_policy
+from comply_ros.core.world import World
+from comply_ros.experiments import train
+from comply_ros.session.maps import read_map
+from comply_ros.session.options import check_options, session_parser
+
+SHORT = ('--map', 'bar_grid', '--mentor', 'noisy:0.2', '--iterations', '3', '--episodes', '4')
+
+
+def checked(*argv):
+    """Return the `Options` of a command line."""
+    return check_options(session_parser('train', '').parse_args(argv))
+
+
+def run(folder, *argv):
+    """Train, and return the exit code and the summary."""
+    code = train.main(['train', *SHORT, '--out', str(folder), *argv])
+    path = folder / 'summary.json'
+    return code, json.loads(path.read_text()) if path.exists() else None
+
+
+def test_options_are_checked_and_resolved(tmp_path):
+    options = checked('--method', 'explicit', '--profile', 'report', '--set', 'trust_rate=0.2',
+                      '--iterations', '7', '--out', str(tmp_path), '--seed', '5')
+    assert (options.row.trust_rate, options.row.iterations, options.row.episodes) == (0.2, 7, 15)
+    assert options.settings == {'trust_rate': 0.2, 'iterations': 7}
+    assert options.grid == read_map('maze', 'report')
+    assert (options.seed, options.out, options.spec.kind) == (5, tmp_path, 'snapshot')
+
+
+def test_the_folder_has_a_name_of_its_own(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert str(checked('--seed', '4').out) == 'runs/maze-beta_implicit-4'
+
+
+@pytest.mark.parametrize('argv, message', [
+    (('--map', 'nowhere'), "map 'nowhere': a map must be one of"),
+    (('--method', 'sarse'), 'a method must be one of sarsa, '),
+    (('--profile', 'x'), 'a profile must be one of report, published'),
+    (('--mentor', 'good'), 'a mentor must be one of optimal, '),
+    (('--mentor', 'file:/nowhere'), 'a policy file must be readable'),
+    (('--set', 'speed=1'), "a method has no field 'speed'"),
+    (('--set', 'discount'), "--set takes FIELD=VALUE, got 'discount'"),
+    (('--set', 'discount=2'), 'discount must lie in [0, 1], got 2.0'),
+    (('--iterations', '0'), 'a session needs an end: iterations must be at least 1, got 0'),
+    (('--iterations', 'many'), "iterations must be a whole number, got 'many'"),
+    (('--episodes', '0'), 'episodes must lie in [1, 1000000], got 0'),
+    (('--seed', '-1'), 'seed must be at least 0, got -1'),
+    (('--seeds', '0'), 'seeds must be at least 1, got 0'),
+])
+def test_a_mistake_is_one_line_and_exit_code_2(tmp_path, capsys, argv, message):
+    code, summary = run(tmp_path / 'out', *argv)
+    said = capsys.readouterr().err
+    assert (code, summary) == (2, None)
+    assert said.startswith(f'train: {message}')
+    assert said.count('\n') == 1
+
+
+def test_a_policy_of_another_shape_is_refused_before_the_learning(tmp_path, capsys):
+    (tmp_path / 'policy.txt').write_text('>>G\n')
+    code, _ = run(tmp_path / 'out', '--mentor', f'file:{tmp_path / "policy.txt"}')
+    assert code == 2
+    assert capsys.readouterr().err == (
+        'train: a policy must have the shape of the map, 11 x 11 cells, got 3 x 1\n')
+
+
+def test_a_folder_that_cannot_be_written_is_said_at_once(tmp_path, capsys, monkeypatch):
+    (tmp_path / 'taken').write_text('a file where a folder should be')
+    monkeypatch.setattr('comply_ros.experiments.train.Training', None)
+    assert run(tmp_path / 'taken' / 'out')[0] == 2
+    assert "an output folder must be writable, got '" in capsys.readouterr().err
+    assert (tmp_path / 'taken').read_text() == 'a file where a folder should be'
+
+
+def test_a_summary_holds_what_is_promised(tmp_path):
+    code, summary = run(tmp_path)
+    assert code == 0
+    assert set('map profile method mentor mentor_return mentor_optimality optimal_return '
+               'random_return seed iterations episodes steps wall_seconds steps_per_second '
+               'return_per_iteration time_to_convergence reward_ratio regret final_return '
+               'digest'.split()) <= set(summary)
+    assert (summary['iterations'], summary['episodes']) == (3, 4)
+    assert len(summary['return_per_iteration']) == 3
+    assert summary['final_return'] == summary['return_per_iteration'][-1]
+    assert summary['regret'] == pytest.approx(
+        sum(summary['optimal_return'] - value for value in summary['return_per_iteration']))
+    assert len(summary['digest']) == 64
+    assert summary['random_return'] < summary['mentor_return'] < summary['optimal_return']
+
+
+def test_what_was_learned_is_in_the_file(tmp_path):
+    run(tmp_path)
+    with np.load(tmp_path / 'learning.npz') as learned:
+        assert learned['q'].shape == (121, 4)
+        assert set(learned) == {'q', 'visits', 'belief', 'arrivals', 'schedule', 'confidence'}
+        assert ((0 <= learned['confidence']) & (learned['confidence'] <= 1)).all()
+    world = World(read_map('bar_grid', 'published'))
+    assert parse_policy((tmp_path / 'mentor.txt').read_text(), world).shape == (121,)
+
+
+def test_pictures_are_drawn(tmp_path):
+    run(tmp_path)
+    for name in ('learning_curve.png', 'trust_map.png'):
+        assert (tmp_path / name).read_bytes()[:8] == b'\x89PNG\r\n\x1a\n'
+        assert (tmp_path / name).stat().st_size > 10_000
+
+
+def test_many_seeds_are_the_single_ones_in_order(tmp_path):
+    _, many = run(tmp_path / 'many', '--seeds', '3', '--seed', '5')
+    singles = [run(tmp_path / str(k), '--seed', str(k))[1] for k in (5, 6, 7)]
+    for key in ('seed', 'steps', 'return_per_iteration', 'regret', 'digest', 'final_return',
+                'time_to_convergence', 'reward_ratio'):
+        assert many[key] == [single[key] for single in singles], key
+    assert many['optimal_return'] == singles[0]['optimal_return']
+
+
+def test_without_a_mentor_there_is_none_in_the_summary(tmp_path):
+    _, summary = run(tmp_path, '--mentor', 'none', '--method', 'sarsa')
+    assert summary['mentor_return'] is summary['mentor_optimality'] is None
+    assert not (tmp_path / 'trust_map.png').exists()
+
+
+@pytest.mark.parametrize('name', METHODS['published'])
+def test_every_method_trains_from_the_command_line(tmp_path, name):
+    assert run(tmp_path, '--method', name)[1]['method'] == name
+
+
+def test_nothing_is_left_aside(tmp_path):
+    run(tmp_path)
+    assert sorted(os.listdir(tmp_path)) == [
+        'learning.npz', 'learning_curve.png', 'mentor.txt', 'summary.json', 'trust_map.png']

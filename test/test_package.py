@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a ROS user finds in the package: executables, launch file, parameter file, versions."""
+
+import ast
+from pathlib import Path
+import re
+import xml.etree.ElementTree as ElementTree
+
+import pytest
+import yaml
+
+from comply_ros import entry
+from comply_ros.core.method import FIELDS
+from comply_ros.nodes import parameters
+
+TOP = Path(__file__).parents[1]
+EXECUTABLES = ('grid_world', 'mentor', 'learner', 'lesson', 'train', 'topic')
+
+
+@pytest.mark.parametrize('name', EXECUTABLES)
+def test_executables_are_installed_and_have_an_entry(name):
+    assert callable(getattr(entry, name))
+    assert f"'{name}'" in (TOP / 'setup.py').read_text()
+
+
+def test_the_parameter_file_names_parameters_that_exist():
+    text = (TOP / 'config' / 'teach.yaml').read_text()
+    offered = re.sub(r'(?m)^    # (\w+: \S+)', r'    \1', text)
+    known = {'grid_world': {'map', 'profile', 'seed', 'rate'}, 'mentor': {'mentor', 'seed'},
+             'learner': {'method', 'profile', 'seed', 'map_period', 'remembers_advice', *FIELDS}}
+    for content in (yaml.safe_load(text), yaml.safe_load(offered)):
+        assert set(content) == {f'/**/{name}' for name in known}
+        for name, table in content.items():
+            assert set(table['ros__parameters']) <= known[name.removeprefix('/**/')]
+
+
+def test_the_launch_file_has_the_arguments_and_the_defaults_of_the_nodes():
+    tree = ast.parse((TOP / 'launch' / 'teach.launch.py').read_text())
+    table = next(node.value for node in tree.body if isinstance(node, ast.Assign)
+                 and node.targets[0].id == 'ARGUMENTS')
+    defaults = {row.elts[0].value: getattr(row.elts[1], 'value', None) for row in table.elts}
+    assert list(defaults) == ['map', 'method', 'mentor', 'seed', 'profile', 'namespace',
+                              'params_file', 'log_level']
+    for each in (parameters.MAP, parameters.METHOD, parameters.MENTOR, parameters.SEED,
+                 parameters.PROFILE):
+        assert defaults[each.name] == str(each.default)
+
+
+def test_versions_agree():
+    versions = {ElementTree.parse(TOP / path).findtext('version')
+                for path in ('package.xml', 'msg_defs/package.xml')}
+    versions |= set(re.findall(r"version='([\d.]+)'", (TOP / 'setup.py').read_text()))
+    versions |= {re.search(r'## ([\d.]+)', (TOP / 'CHANGELOG.md').read_text())[1]}
+    assert len(versions) == 1
+
+
+def test_package_xml_is_format_3_and_names_what_is_imported():
+    package = ElementTree.parse(TOP / 'package.xml').getroot()
+    assert package.get('format') == '3'
+    named = {each.text.removeprefix('python3-') for each in package.findall('exec_depend')}
+    assert {'comply_msgs', 'rclpy', 'rcl_interfaces', 'numpy', 'numba', 'matplotlib', 'rich',
+            'yaml', 'launch', 'launch_ros'} <= named
+
+
+@pytest.mark.parametrize('path', sorted(TOP.glob('comply_ros/**/*.py')),
+                         ids=lambda path: path.name)
+def test_every_source_file_names_its_licence(path):
+    assert path.read_text().startswith('# SPDX-License-Identifier: Apache-2.0\n')

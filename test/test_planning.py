@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Dynamic programming, with numbers worked out by hand in the corridor `..G`."""
+
+import numpy as np
+import pytest
+from worlds import corridor, grid
+
+from comply_ros.core.grid import LEFT, RIGHT, UP
+from comply_ros.core.planning import (
+    action_values,
+    expected_return,
+    greedy,
+    optimal_policy,
+    optimal_values,
+    probabilities,
+    uniform_probabilities,
+    Yardstick,
+)
+from comply_ros.core.world import World
+from comply_ros.session.maps import read_map
+
+
+def test_action_values_look_one_step_ahead():  # (2.10), (2.12)
+    q = action_values(corridor(), np.array([5.0, 7.0, 0.0]))
+    assert q[1, RIGHT] == pytest.approx(0.8 * 10 + 0.2 * (-1 + 5))  # 8.8
+    assert q[1, LEFT] == pytest.approx(0.8 * (-1 + 5) + 0.2 * 10)  # 5.2
+    assert q[0, RIGHT] == pytest.approx(-1 + 7)  # its only action cannot slip
+    assert q[0, LEFT] == -np.inf
+
+
+def test_discount_weighs_what_follows():  # (2.12) with gamma 0.5
+    q = action_values(corridor(), np.array([5.0, 7.0, 0.0]), discount=0.5)
+    assert q[1, RIGHT] == pytest.approx(0.8 * 10 + 0.2 * (-1 + 2.5))  # 8.3
+
+
+def test_policy_evaluation_sweeps_once_a_step():  # (2.11)
+    # One step from state 1: right 0.8*10 + 0.2*-1 = 7.8, left 0.8*-1 + 0.2*10 = 1.2, mean 4.5;
+    # from state 0: -1. Two steps from state 1: (0.5*10) + 0.5*(-1 + -1) = 4.
+    one, two = (corridor(starts=(1,), limit=limit) for limit in (1, 2))
+    assert expected_return(one, uniform_probabilities(one)) == pytest.approx(4.5)
+    assert expected_return(two, uniform_probabilities(two)) == pytest.approx(4.0)
+
+
+def test_policy_improvement_takes_the_first_best_action():  # (2.13), (3.5)
+    q = np.array([[1.0, 3.0, 3.0, 2.0], [-np.inf, -2.0, -np.inf, -2.0], [9.0, 9.0, 9.0, 9.0]])
+    assert greedy(q, np.array([True, True, False])).tolist() == [RIGHT, RIGHT, -1]
+
+
+def test_value_iteration_solves_the_corridor():  # (2.9), (2.14): V0 = V1 - 1, V1 = 7.8 + 0.2 V0
+    assert optimal_values(corridor()) == pytest.approx([8.5, 9.5, 0.0])
+    assert optimal_policy(corridor()).tolist() == [RIGHT, RIGHT, -1]
+
+
+@pytest.mark.parametrize('profile, value', [('report', 5.83937), ('published', 5.83972)])
+def test_maze_is_worth_what_the_report_says(profile, value):
+    world = World(read_map('maze', profile))
+    values = optimal_values(world)
+    assert values[0] == pytest.approx(5.8397, abs=5e-4)
+    assert values[world.starts] == pytest.approx(value, abs=1e-5)
+
+
+@pytest.mark.parametrize('profile, value', [('report', -112.0), ('published', -71.6)])
+def test_the_random_policy_in_maze_scores_what_the_report_measured(profile, value):
+    assert Yardstick(World(read_map('maze', profile))).random_return == pytest.approx(value, abs=2)
+
+
+def test_optimality_is_linear_between_random_and_optimal():  # section 4.3.1
+    yardstick = Yardstick(corridor())
+    low, high = yardstick.random_return, yardstick.optimal_return
+    assert yardstick.optimality(low) == 0.0
+    assert yardstick.optimality(high) == 1.0
+    assert yardstick.optimality((low + high) / 2) == pytest.approx(0.5)
+    assert yardstick.return_of(optimal_policy(corridor())) == high
+
+
+def test_a_policy_without_advice_acts_at_random():
+    world = corridor()
+    silent = np.full(3, -1, dtype=np.int8)
+    assert probabilities(world, silent)[1].tolist() == [0.5, 0.5, 0.0, 0.0]
+    assert Yardstick(world).return_of(silent) == Yardstick(world).random_return
+
+
+def test_returns_count_the_step_limit_and_obstacles():
+    world = World(grid('.#', '.G', starts=(0,), limit=3, intended=1.0))
+    pi = probabilities(world, np.array([UP, -1, RIGHT, -1], dtype=np.int8))
+    assert expected_return(world, pi) == pytest.approx(-1 - 5 - 5)

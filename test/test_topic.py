@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`topic`, for machines without `ros2`."""
+
+import subprocess
+import sys
+
+from nodes import log_has, nodes, run, wait_until
+import pytest
+import yaml
+
+from comply_ros.nodes.processes import START
+from comply_ros.session.maps import read_map
+
+pytestmark = pytest.mark.usefixtures('domain')
+
+
+@pytest.fixture
+def running(tmp_path):
+    """Run a world and a learner that never ends."""
+    with nodes(tmp_path, grid_world=('-p', 'map:=bar_grid'),
+               learner=('-p', 'method:=sarsa', '-p', 'iterations:=0')) as started:
+        wait_until(log_has(started['learner'], 'begins to learn'), 'learning')
+        yield started
+
+
+def test_list_names_the_topics(running):
+    done = run('topic', 'list')
+    assert done.returncode == 0
+    assert {'/world', '/state', '/action', '/episode', '/progress', '/trust',
+            '/policy'} <= set(done.stdout.split())
+
+
+def test_info_names_both_ends_and_their_qos(running):
+    done = run('topic', 'info', '/world')
+    assert 'Type: comply_msgs/msg/WorldDescription' in done.stdout
+    assert 'Publisher count: 1\n  /grid_world: reliable, transient_local' in done.stdout
+    assert 'Subscription count: 1\n  /learner: reliable' in done.stdout
+
+
+def test_echo_shows_what_is_latched_as_yaml(running):
+    done = run('topic', 'echo', '--once', 'world')
+    assert done.returncode == 0
+    said, = (each for each in yaml.safe_load_all(done.stdout) if each)
+    grid = read_map('bar_grid', 'published')
+    assert (said['rows'], said['sha256']) == (list(grid.rows), grid.sha256)
+    assert said['starts'] == list(grid.starts)
+
+
+def test_echo_goes_on_until_ctrl_c(running):
+    process = subprocess.Popen([sys.executable, '-c', START.format('topic'), 'echo', 'episode'],
+                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    seen = [process.stdout.readline() for _ in range(20)]
+    process.send_signal(2)
+    assert process.communicate(timeout=20)[1] == ''
+    assert process.returncode == 0
+    assert any(line.startswith('total_reward: ') for line in seen)
+
+
+def test_hz_measures(running):
+    process = subprocess.Popen([sys.executable, '-c', START.format('topic'), 'hz', '/state'],
+                               stdout=subprocess.PIPE, text=True)
+    line = process.stdout.readline()
+    process.send_signal(2)
+    process.communicate(timeout=20)
+    assert float(line.split()[0]) > 1.0
+    assert 'messages a second' in line
+
+
+def test_a_topic_that_is_not_there_is_named():
+    done = run('topic', 'echo', '/nothing', '--timeout', '0.5')
+    assert done.returncode == 1
+    assert done.stderr.startswith("topic: there is no topic '/nothing'; there are ")

@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The MDP in arrays, and moves in it."""
+
+import numpy as np
+import pytest
+from worlds import corridor, grid, room
+
+from comply_ros.core.grid import DOWN, LEFT, RIGHT, UP
+from comply_ros.core.world import first_state, taken_action, World
+
+
+def test_moves_lead_to_neighbours_and_never_off_the_grid():
+    world = room()
+    assert world.successor[4].tolist() == [3, 5, 1, 7]  # left, right, down, up
+    assert world.successor[0].tolist() == [-1, 1, -1, 3]
+    assert world.reward[5, UP] == 10.0
+    assert world.reward[4, UP] == -1.0
+    assert world.terminal.nonzero()[0].tolist() == [8]
+
+
+def test_an_obstacle_is_paid_for_and_not_entered():
+    world = World(grid('..G', '.#.'))
+    assert world.successor[0, RIGHT] == 0
+    assert world.reward[0, RIGHT] == -5.0
+    assert world.successor[4, DOWN] == 4
+
+
+@pytest.mark.parametrize('u, taken', [
+    (0.0, RIGHT), (0.9499, RIGHT),            # (3.4): as meant with 0.95
+    (0.9501, LEFT), (0.9666, LEFT),           # the rest, 0.05, in three equal parts
+    (0.9667, DOWN), (0.9833, DOWN), (0.9834, UP), (0.999999, UP)])
+def test_a_slip_takes_one_of_the_other_actions(as_run, u, taken):
+    world = room(intended=0.95)
+    assert as_run(taken_action)(4, RIGHT, u, 0.95, world.successor) == taken
+
+
+@pytest.mark.parametrize('u, taken', [(0.89, RIGHT), (0.91, UP), (0.99999, UP)])
+def test_a_corner_has_one_other_action(as_run, u, taken):
+    world = room(intended=0.9)
+    assert as_run(taken_action)(0, RIGHT, u, 0.9, world.successor) == taken  # (2.22)
+
+
+def test_where_there_is_no_other_action_nothing_slips(as_run):
+    assert as_run(taken_action)(0, RIGHT, 0.999, 0.8, corridor().successor) == RIGHT
+
+
+@pytest.mark.parametrize('u, start', [(0.0, 4), (0.49, 4), (0.5, 7), (0.999999999, 7)])
+def test_starts_are_equally_likely(as_run, u, start):
+    assert as_run(first_state)(u, np.array([4, 7], dtype=np.int32)) == start
