@@ -24,17 +24,17 @@ def running(tmp_path):
 
 
 def test_list_names_the_topics(running):
-    done = run('topic', 'list')
-    assert done.returncode == 0
-    assert {'/world', '/state', '/action', '/episode', '/progress', '/trust',
-            '/policy'} <= set(done.stdout.split())
+    ours = {'/world', '/state', '/action', '/episode', '/progress', '/trust', '/policy'}
+    wait_until(lambda: ours <= set(run('topic', 'list').stdout.split()), 'topics in the list')
+    assert run('topic', 'list').returncode == 0
 
 
 def test_info_names_both_ends_and_their_qos(running):
-    done = run('topic', 'info', '/world')
-    assert 'Type: comply_msgs/msg/WorldDescription' in done.stdout
-    assert 'Publisher count: 1\n  /grid_world: reliable, transient_local' in done.stdout
-    assert 'Subscription count: 1\n  /learner: reliable' in done.stdout
+    expected = ('Type: comply_msgs/msg/WorldDescription\n\n'
+                'Publisher count: 1\n  /grid_world: reliable, transient_local\n\n'
+                'Subscription count: 1\n  /learner: reliable, transient_local\n')
+    wait_until(lambda: run('topic', 'info', '/world').stdout == expected, 'both ends')
+    assert run('topic', 'info', '/world').returncode == 0
 
 
 def test_echo_shows_what_is_latched_as_yaml(running):

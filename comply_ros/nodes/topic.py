@@ -14,7 +14,7 @@ from rosidl_parser.definition import NamespacedType
 
 WINDOW = 1000  # messages over which the rate is measured
 OWN = {'/parameter_events', '/rosout'}  # topics that every node has, this one too
-QUIET = 0.6  # seconds without news after which discovery is taken to be complete
+QUIET = 1.2  # seconds without news after which discovery is taken to be complete
 
 
 class TopicError(ValueError):
@@ -46,7 +46,7 @@ def _parser():
                             ('hz', show_rate, 'messages per second of a topic')):
         command = commands.add_parser(name, help=text)
         command.set_defaults(run=run)
-        command.add_argument('--timeout', type=float, default=3.0, metavar='SECONDS',
+        command.add_argument('--timeout', type=float, default=5.0, metavar='SECONDS',
                              help='how long to look for topics (default: %(default)s)')
         if name != 'list':
             command.add_argument('topic')
@@ -94,6 +94,8 @@ def show_rate(node, given):
     """Print the messages per second of a topic, once a second."""
     times = deque(maxlen=WINDOW)
     _subscribe(node, given, lambda message: times.append(time.monotonic()))
+    while not times:
+        rclpy.spin_once(node)
     due = time.monotonic() + 1.0
     while True:
         rclpy.spin_once(node, timeout_sec=0.1)
