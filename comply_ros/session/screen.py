@@ -54,8 +54,9 @@ def _rows(summary):
     yield 'random policy', f'{summary["random_return"]:.2f}', ''
     yield 'learner, first', f'{returns[0]:.2f}', f'{summary["method"]}, mean of an iteration'
     yield 'learner, last', f'{returns[-1]:.2f}', f'iteration {len(returns)}'
-    yield ('converged after', 'never' if convergence is None else f'{convergence}',
-           f'iterations at {summary["convergence_threshold"]:.2f} ({summary["profile"]} rule)')
+    rule = 'or below' if summary['profile'] == 'published' else 'until it stays above'
+    yield ('time to convergence', 'never' if convergence is None else f'{convergence}',
+           f'iterations {rule} {summary["convergence_threshold"]:.2f}'.replace('s or', 's at or'))
     yield ('steps', f'{summary["steps"]:,}',
            f'{summary["steps_per_second"]:,.0f} a second, {summary["wall_seconds"]:.1f} s')
     yield 'digest', summary['digest'][:16], 'the same options give the same bits'
