@@ -67,7 +67,7 @@ def test_a_file_is_a_map_too(tmp_path):
     ('starts', 'beginnings', 'a map has the keys intended, step_limit, rewards, profiles, starts, '
      "rows, got 'beginnings'"),
     ('step_limit: 50\n', '', "a map needs the key 'step_limit'"),
-    ('rows:', 'rows: [', 'a map must be YAML, and this is not at line 7'),
+    ('rows:', 'rows: [', 'a map must be valid YAML, got something else in line 7'),
 ])
 def test_a_wrong_file_says_which_rule_it_breaks(tmp_path, old, new, message):
     path = tmp_path / 'mine.yaml'

@@ -37,9 +37,9 @@ def test_a_mentor_is_written_as_kind_and_value(text, spec):
     ('noisy', "this mentor is written noisy:P, got 'noisy'"),
     ('optimal:1', "this mentor is written optimal, got 'optimal:1'"),
     ('file:', "this mentor is written file:PATH, got 'file:'"),
-    ('noisy:1.5', "the number of noisy:P must lie in [0, 1], got '1.5'"),
-    ('noisy:much', "the number of noisy:P must lie in [0, 1], got 'much'"),
-    ('snapshot:nan', "the number of snapshot:Q must lie in [-10, 1], got 'nan'")])
+    ('noisy:1.5', "the P of noisy:P must lie in [0, 1], got '1.5'"),
+    ('noisy:much', "the P of noisy:P must be a number, got 'much'"),
+    ('snapshot:nan', "the Q of snapshot:Q must lie in [-10, 1], got 'nan'")])
 def test_a_mentor_that_does_not_exist_is_refused(text, message):
     with pytest.raises(MentorError) as error:
         parse_spec(text)
@@ -109,7 +109,7 @@ def test_a_policy_file_is_a_mentor(tmp_path):
     path = tmp_path / 'mine.txt'
     path.write_text('>>G\n')
     assert mentor_policy(read_spec(f'file:{path}'), corridor(), 0).tolist() == [1, 1, -1]
-    with pytest.raises(PolicyError, match='must have the shape of the map'):
+    with pytest.raises(PolicyError, match='a row for each of the 11 rows of the map, got 1'):
         mentor_policy(read_spec(f'file:{path}'), FREE_GRID, 0)
 
 

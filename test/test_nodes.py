@@ -195,8 +195,8 @@ def test_a_policy_that_does_not_fit_ends_the_mentor_with_one_line(tmp_path):
                mentor=('-p', f'mentor:=file:{tmp_path}/policy.txt')) as started:
         assert wait_until(lambda: started['mentor']._process.poll(), 'end') == 2
         said = started['mentor'].log.read_text()
-        assert said.endswith('mentor: a policy must have the shape of the map, 11 x 11 cells, '
-                             'got 3 x 1\n')
+        assert said.endswith('mentor: a policy must have a row for each of the 11 rows of the '
+                             'map, got 1\n')
         assert 'Traceback' not in said
 
 

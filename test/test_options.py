@@ -40,7 +40,7 @@ def test_options_are_checked_and_resolved(tmp_path):
 
 def test_the_folder_has_a_name_of_its_own(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert str(checked('--seed', '4').out) == 'runs/maze-beta_implicit-4'
+    assert str(checked('--seed', '4').out) == 'runs/maze-beta_implicit-snapshot_0.75-4'
 
 
 @pytest.mark.parametrize('argv, message', [
@@ -71,7 +71,7 @@ def test_a_policy_of_another_shape_is_refused_before_the_learning(tmp_path, caps
     code, _ = run(tmp_path / 'out', '--mentor', f'file:{tmp_path / "policy.txt"}')
     assert code == 2
     assert capsys.readouterr().err == (
-        'train: a policy must have the shape of the map, 11 x 11 cells, got 3 x 1\n')
+        'train: a policy must have a row for each of the 11 rows of the map, got 1\n')
 
 
 def test_a_folder_that_cannot_be_written_is_said_at_once(tmp_path, capsys, monkeypatch):

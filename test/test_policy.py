@@ -17,15 +17,15 @@ def test_a_policy_is_read_and_written_in_the_shape_of_the_map():
 
 
 @pytest.mark.parametrize('text, message', [
-    ('>>G\n', 'a policy must have the shape of the map, 3 x 2 cells, got 3 x 1'),
-    ('>>G\n^#', 'a policy must have the shape of the map, 3 x 2 cells, got 2 or 3 x 2'),
-    ('', 'a policy must have the shape of the map, 3 x 2 cells, got 0 x 0'),
-    ('>>G\n<#.', "an action must not leave the grid, got '<' at (0, 0)"),
-    ('>?G\n^#.', "a policy is written in <>v^.#G, got '?' at (1, 1)"),
-    ('>>G\n^>.', "a policy has advice in free cells only, got '>' at (1, 0), which is '#' in "
-     'the map'),
-    ('>#G\n^#.', "a policy has advice in free cells only, got '#' at (1, 1), which is '.' in "
-     'the map'),
+    ('>>G\n', 'a policy must have a row for each of the 2 rows of the map, got 1'),
+    ('>>G\n^#', 'a row of a policy must have the 3 cells of the map, got 2 in row 2'),
+    ('', 'a policy must have a row for each of the 2 rows of the map, got 0'),
+    ('>>G\n<#.', "an action must not leave the grid, got '<' in row 2, column 1"),
+    ('>?G\n^#.', "a policy is written in <>v^.#G, got '?' in row 1, column 2"),
+    ('>>G\n^>.', "a policy has advice in free cells only, got '>' in row 2, column 2, which is '#' "
+     'in the map'),
+    ('>#G\n^#.', "a policy has advice in free cells only, got '#' in row 1, column 2, which is '.' "
+     'in the map'),
 ])
 def test_a_policy_that_does_not_fit_is_refused(text, message):
     with pytest.raises(PolicyError) as error:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`topic`, for machines without `ros2`."""
 
+import re
 import subprocess
 import sys
 
@@ -46,6 +47,12 @@ def test_echo_shows_what_is_latched_as_yaml(running):
     assert said['starts'] == list(grid.starts)
 
 
+def test_echo_cuts_long_arrays_unless_it_is_told_not_to(running):
+    assert run('topic', 'echo', '--once', 'trust').stdout.endswith("- 0.0\n- '...'\n---\n")
+    whole = run('topic', 'echo', '--once', '--full-length', 'trust').stdout
+    assert whole.count('- 0.0\n') == 121
+
+
 def test_echo_goes_on_until_ctrl_c(running):
     process = subprocess.Popen([sys.executable, '-c', START.format('topic'), 'echo', 'episode'],
                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
@@ -69,4 +76,5 @@ def test_hz_measures(running):
 def test_a_topic_that_is_not_there_is_named():
     done = run('topic', 'echo', '/nothing', '--timeout', '0.5')
     assert done.returncode == 1
-    assert done.stderr.startswith("topic: there is no topic '/nothing'; there are ")
+    assert re.match(r"topic: there is no topic '/nothing' in ROS domain \d+; there are /",
+                    done.stderr)

@@ -51,12 +51,13 @@ def parse_spec(text):
 
 def _level(kind, text):
     low, high = (0, 1) if kind == 'noisy' else (-10, 1)
+    name = f'the {KINDS[kind][-1]} of {KINDS[kind]}'
     try:
         value = float(text)
     except ValueError:
-        value = float('nan')
+        raise MentorError(f'{name} must be a number, got {text!r}') from None
     if not low <= value <= high:
-        raise MentorError(f'the number of {KINDS[kind]} must lie in [{low}, {high}], got {text!r}')
+        raise MentorError(f'{name} must lie in [{low}, {high}], got {text!r}')
     return value
 
 

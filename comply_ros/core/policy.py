@@ -21,10 +21,7 @@ def parse_policy(text, world):
 
     """
     grid, lines = world.grid, text.split()
-    if len(lines) != grid.height or any(len(line) != grid.width for line in lines):
-        widths = ' or '.join(str(n) for n in sorted({len(line) for line in lines})) or '0'
-        raise PolicyError(f'a policy must have the shape of the map, {grid.width} x '
-                          f'{grid.height} cells, got {widths} x {len(lines)}')
+    _check_shape(lines, grid)
     signs = ''.join(reversed(lines))
     policy = np.full(len(signs), NO_ACTION, dtype=np.int8)
     for s, (sign, cell) in enumerate(zip(signs, grid.cells)):
@@ -32,10 +29,10 @@ def parse_policy(text, world):
             policy[s] = ARROWS.index(sign)
         elif sign not in CELLS:
             raise PolicyError(f'a policy is written in {ARROWS}{CELLS}, got {sign!r} '
-                              f'at {grid.place(s)}')
+                              f'in {_position(s, grid)}')
         if sign in ARROWS + FREE and cell != FREE or sign not in ARROWS + FREE and sign != cell:
             raise PolicyError(f'a policy has advice in free cells only, got {sign!r} '
-                              f'at {grid.place(s)}, which is {cell!r} in the map')
+                              f'in {_position(s, grid)}, which is {cell!r} in the map')
     return checked_policy(policy, world)
 
 
@@ -53,8 +50,24 @@ def checked_policy(policy, world):
     if len(missing):
         s = int(missing[0])
         raise PolicyError(f'an action must not leave the grid, got {ARROWS[policy[s]]!r} '
-                          f'at {world.grid.place(s)}')
+                          f'in {_position(s, world.grid)}')
     return policy
+
+
+def _check_shape(lines, grid):
+    if len(lines) != grid.height:
+        raise PolicyError(f'a policy must have a row for each of the {grid.height} rows of the '
+                          f'map, got {len(lines)}')
+    for number, line in enumerate(lines, 1):
+        if len(line) != grid.width:
+            raise PolicyError(f'a row of a policy must have the {grid.width} cells of the map, '
+                              f'got {len(line)} in row {number}')
+
+
+def _position(s, grid):
+    """Return where state s stands in the text: the top row is row 1."""
+    x, y = grid.place(s)
+    return f'row {grid.height - y}, column {x + 1}'
 
 
 def format_policy(policy, world):

@@ -10,7 +10,7 @@ from comply_ros.core.method import MethodError
 from comply_ros.core.training import Training
 from comply_ros.core.world import World
 from comply_ros.session.ending import end_session
-from comply_ros.session.mentors import mentor_policy
+from comply_ros.session.mentors import is_slow, mentor_policy
 from comply_ros.session.options import main_with, session_parser
 from comply_ros.session.results import save_learning
 from comply_ros.session.screen import progress_bar, words
@@ -32,7 +32,7 @@ def run(options):
         raise MethodError(f'seeds must be at least 1, got {count}')
     world = World(options.grid)
     with progress_bar() as bar:
-        advice = mentor_policy(options.spec, world, options.mentor_seed)
+        advice = make_mentor(options, world, bar)
         task = bar.add_task(options.method, total=count * options.row.iterations, now='')
 
         def tell(iteration):
@@ -42,6 +42,17 @@ def run(options):
                              tell)
     end_session(options, advice, outcomes)
     return 0
+
+
+def make_mentor(options, world, bar):
+    """Return `advice[s]`; a mentor that takes long to make has a progress bar of its own."""
+    if not is_slow(options.spec, world, options.mentor_seed):
+        return mentor_policy(options.spec, world, options.mentor_seed)
+    task = bar.add_task(f'mentor {options.mentor}', total=100, now='generated once')
+    advice = mentor_policy(options.spec, world, options.mentor_seed,
+                           lambda share: bar.update(task, completed=round(100 * share)))
+    bar.update(task, completed=100)
+    return advice
 
 
 def train_all(options, world, advice, seeds, tell):
@@ -54,13 +65,15 @@ def train_all(options, world, advice, seeds, tell):
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise
-    first = jobs[0].result()[1]
-    save_learning(options.out / 'learning.npz', options.row, first.memory)
-    return [job.result()[0] for job in jobs]
+    return [job.result() for job in jobs]
 
 
 def train_one(options, world, advice, seed, tell):
-    """Outcome of one seed, and its `Training`; tell is called with every `Iteration`."""
+    """
+    Return the outcome of one seed; tell is called with every `Iteration`.
+
+    What the first seed of the session learned is written to `learning.npz`.
+    """
     training = Training(world, advice, options.row, seed)
     begin, returns, steps = time.perf_counter(), [], 0
     for _ in range(options.row.iterations):
@@ -68,6 +81,8 @@ def train_one(options, world, advice, seed, tell):
         returns.append(iteration.mean_return)
         steps += iteration.steps
         tell(iteration)
-    return {'seed': seed, 'returns': returns, 'steps': steps,
-            'wall_seconds': time.perf_counter() - begin,
-            'digest': training.memory.digest()}, training
+    seconds = time.perf_counter() - begin
+    if seed == options.seed:
+        save_learning(options.out / 'learning.npz', options.row, training.memory)
+    return {'seed': seed, 'returns': returns, 'steps': steps, 'wall_seconds': seconds,
+            'digest': training.memory.digest()}

@@ -3,6 +3,7 @@
 
 import argparse
 from collections import deque
+import os
 import sys
 import time
 
@@ -14,6 +15,7 @@ from rosidl_parser.definition import NamespacedType
 
 WINDOW = 1000  # messages over which the rate is measured
 OWN = {'/parameter_events', '/rosout'}  # topics that every node has, this one too
+LONGEST = 128  # elements of an array that are printed
 QUIET = 1.2  # seconds without news after which discovery is taken to be complete
 
 
@@ -52,6 +54,8 @@ def _parser():
             command.add_argument('topic')
         if name == 'echo':
             command.add_argument('--once', action='store_true', help='stop after one message')
+            command.add_argument('--full-length', action='store_true',
+                                 help=f'print arrays of more than {LONGEST} elements whole')
     return parser
 
 
@@ -82,7 +86,8 @@ def show_messages(node, given):
     seen = []
 
     def show(message):
-        print(as_yaml(message) + '\n---', flush=True)
+        print(as_yaml(message, sys.maxsize if given.full_length else LONGEST), '---', sep='\n',
+              flush=True)
         seen.append(message)
     _subscribe(node, given, show)
     while not (given.once and seen):
@@ -105,18 +110,19 @@ def show_rate(node, given):
             print(f'{rate:.1f} messages a second, over the last {len(times)}', flush=True)
 
 
-def as_yaml(message, indent=''):
-    """Text of a message as `ros2 topic echo` prints it: a field a line."""
+def as_yaml(message, most, indent=''):
+    """Text of a message as `ros2 topic echo` prints it: a field a line, `most` array elements."""
     lines = []
     for (name, _), kind in zip(message.get_fields_and_field_types().items(), message.SLOT_TYPES):
         value = getattr(message, name)
         if isinstance(kind, NamespacedType):
-            lines += [f'{indent}{name}:', as_yaml(value, indent + '  ')]
+            lines += [f'{indent}{name}:', as_yaml(value, most, indent + '  ')]
         elif isinstance(value, (str, bool, int, float)):
             lines.append(f'{indent}{name}: {_scalar(value)}')
         else:
             lines += [f'{indent}{name}:' + ('' if len(value) else ' []'),
-                      *(f'{indent}- {_scalar(each)}' for each in value)]
+                      *(f'{indent}- {_scalar(each)}' for each in value[:most])]
+            lines += [f"{indent}- '...'"] if len(value) > most else []
     return '\n'.join(lines)
 
 
@@ -154,7 +160,9 @@ def _find(node, given):
     kinds = dict(_settled(node, node.get_topic_names_and_types, given.timeout,
                           lambda seen: name in dict(seen)))
     if name not in kinds:
-        raise TopicError(f'there is no topic {name!r}; there are {", ".join(sorted(kinds))}')
+        raise TopicError(f'there is no topic {name!r} in ROS domain '
+                         f'{os.environ.get("ROS_DOMAIN_ID", 0)}; '
+                         f'there are {", ".join(sorted(kinds))}')
     return name, kinds[name][0]
 
 

@@ -32,12 +32,14 @@ def end_session(options, advice, outcomes):
     curves = np.array([each['returns'] for each in outcomes])
     draw_learning_curve(files[-1], curves, singles[0])
     if has_mentor:
-        files += [options.out / 'mentor.txt', options.out / 'trust_map.png']
-        files[-2].write_text(format_policy(advice, world))
+        files.append(options.out / 'mentor.txt')
+        files[-1].write_text(format_policy(advice, world))
+    if has_mentor and options.row.needs_mentor():
+        files.append(options.out / 'trust_map.png')
         with np.load(options.out / 'learning.npz') as learned:
             draw_trust_map(files[-1], world, advice, learned['confidence'],
                            learned['arrivals'] > 1, singles[0])
-    show_table(singles[0], files)
+    show_table(singles[0], [each['seed'] for each in singles], files)
     return summary
 
 

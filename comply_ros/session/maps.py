@@ -69,8 +69,8 @@ def _parse_yaml(text):
         content = yaml.safe_load(text)
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         mark = getattr(error, 'problem_mark', None)
-        where = f' at line {mark.line + 1}' if mark else ''
-        raise MapError(f'a map must be YAML, and this is not{where}') from None
+        where = f' in line {mark.line + 1}' if mark else ''
+        raise MapError(f'a map must be valid YAML, got something else{where}') from None
     if not isinstance(content, dict):
         raise MapError(f'a map must be a table of {", ".join(KEYS)}, '
                        f'got {type(content).__name__}')

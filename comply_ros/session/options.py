@@ -4,6 +4,7 @@
 import argparse
 from dataclasses import dataclass
 from pathlib import Path
+import re
 import sys
 
 from comply_ros.core.grid import Grid, MapError
@@ -69,7 +70,7 @@ def session_parser(program, description):
     add('--seed', type=int, default=0, metavar='K', help='(default: %(default)s)')
     add('--set', action='append', default=[], metavar='FIELD=VALUE', dest='changes',
         help='change one field of the method; may be repeated')
-    add('--out', metavar='DIR', help='(default: runs/MAP-METHOD-SEED)')
+    add('--out', metavar='DIR', help='(default: runs/MAP-METHOD-MENTOR-SEED)')
     return parser
 
 
@@ -95,7 +96,8 @@ def check_options(given):
     grid, spec = read_map(given.map, given.profile), read_spec(given.mentor)
     if spec.kind == 'file':
         parse_policy(spec.value, World(grid))
-    name = f'{Path(given.map).stem}-{given.method}-{given.seed}'
+    mentor = re.sub(r'[^\w.]', '_', Path(given.mentor).stem if spec.kind == 'file' else given.mentor)
+    name = f'{Path(given.map).stem}-{given.method}-{mentor}-{given.seed}'
     return Options(given.map, given.profile, given.method, given.mentor, given.mentor_seed,
                    given.seed, settings, grid, row, spec,
                    prepare_folder(given.out or Path('runs') / name), given)

@@ -6,6 +6,7 @@ from matplotlib.collections import PatchCollection
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
+from matplotlib.ticker import MaxNLocator
 import numpy as np
 
 from comply_ros.core.grid import NO_ACTION, STEPS
@@ -13,7 +14,7 @@ from comply_ros.core.grid import NO_ACTION, STEPS
 # Blue-green against vermilion: told apart with any kind of colour vision, and on a grey print.
 BLUE, GREEN, RED, ORANGE, INK, PALE = '#0072B2', '#009E73', '#CC3311', '#E69F00', '#222', '#bbb'
 TRUST = LinearSegmentedColormap.from_list('trust', [RED, '#e8d9b0', GREEN])
-WINDOW = 9  # iterations in the running mean of a learning curve
+WINDOW = 9  # iterations in the running mean of a learning curve, at most
 
 
 def draw_learning_curve(path, curves, summary):
@@ -43,6 +44,7 @@ def draw_learning_curve(path, curves, summary):
              ylabel='mean return of an episode', xlim=(1, max(2, len(iterations))))
     axes.set_title(f'{summary["method"]} on {summary["map"]}, mentor {summary["mentor"]}',
                    loc='left', fontsize=11, color=INK)
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.spines[['top', 'right']].set_visible(False)
     axes.grid(color='#eee')
     axes.set_axisbelow(True)
@@ -52,7 +54,7 @@ def draw_learning_curve(path, curves, summary):
 
 def running_mean(values):
     """Mean over a window of iterations that is centred, and cut at both ends."""
-    reach = WINDOW // 2
+    reach = min(WINDOW, len(values) // 8) // 2
     return np.array([values[max(0, i - reach):i + reach + 1].mean() for i in range(len(values))])
 
 

@@ -18,7 +18,7 @@ console = Console(stderr=True, highlight=False)
 def progress_bar():
     """Return a `rich` progress bar, to be used in a `with`; `show` moves it."""
     return Progress(
-        SpinnerColumn(), TextColumn('{task.description}'), BarColumn(bar_width=28),
+        SpinnerColumn(), TextColumn('{task.description}'), BarColumn(bar_width=20),
         MofNCompleteColumn(), TextColumn('{task.fields[now]}'), TimeRemainingColumn(),
         console=console)
 
@@ -33,11 +33,14 @@ def words(mean_return, confidence, steps_per_second=None):
     return '  '.join(said)
 
 
-def show_table(summary, pictures):
-    """Print what was reached, and where the files are."""
+def show_table(summary, seeds, pictures):
+    """Print what was reached, and where the files are; summary: of the first of the seeds."""
     table = Table(show_header=False, box=None, padding=(0, 2, 0, 0))
     for name, value, remark in _rows(summary):
         table.add_row(name, value, f'[dim]{remark}[/]')
+    if len(seeds) > 1:
+        table.add_row('seed', str(seeds[0]), f'[dim]the first of {len(seeds)}; the picture and '
+                      'summary.json have all[/]')
     console.print()
     console.print(table)
     console.print()
@@ -54,9 +57,9 @@ def _rows(summary):
     yield 'random policy', f'{summary["random_return"]:.2f}', ''
     yield 'learner, first', f'{returns[0]:.2f}', f'{summary["method"]}, mean of an iteration'
     yield 'learner, last', f'{returns[-1]:.2f}', f'iteration {len(returns)}'
-    rule = 'or below' if summary['profile'] == 'published' else 'until it stays above'
+    rule = 'at or below' if summary['profile'] == 'published' else 'until the return stays above'
     yield ('time to convergence', 'never' if convergence is None else f'{convergence}',
-           f'iterations {rule} {summary["convergence_threshold"]:.2f}'.replace('s or', 's at or'))
+           f'of {len(returns)} iterations {rule} {summary["convergence_threshold"]:.2f}')
     yield ('steps', f'{summary["steps"]:,}',
            f'{summary["steps_per_second"]:,.0f} a second, {summary["wall_seconds"]:.1f} s')
     yield 'digest', summary['digest'][:16], 'the same options give the same bits'
