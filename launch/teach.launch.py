@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Start the grid world, the mentor and the learner: `ros2 launch comply_ros teach.launch.py`."""
 
-from launch.actions import DeclareLaunchArgument
+from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
@@ -10,38 +10,48 @@ from launch_ros.substitutions import FindPackageShare
 from launch import LaunchDescription
 
 DEFAULT_FILE = PathJoinSubstitution([FindPackageShare('comply_ros'), 'config', 'teach.yaml'])
+# Name, default and meaning; an empty one leaves the parameter to the file, and to its default.
 ARGUMENTS = (
-    ('map', 'maze', 'name of a map that comes with the package, or a file'),
-    ('method', 'beta_implicit', 'sarsa, q_learning, constant, vanishing, beta_implicit, explicit'),
-    ('mentor', 'snapshot:0.75',
-     'optimal, random, adversarial, noisy:P, snapshot:Q, file:PATH, none'),
-    ('seed', '0', 'seed of the world and the learner'),
-    ('profile', 'published', 'report: its text; published: the runs behind its figures'),
+    ('map', '', 'name of a map that comes with the package, or a file'),
+    ('method', '', 'how to learn'),
+    ('mentor', '', 'optimal, random, adversarial, noisy:P, snapshot:Q, file:PATH, none'),
+    ('seed', '', 'seed of the world and the learner'),
+    ('profile', '', "settings of the report's text, or of the published runs"),
     ('namespace', '', 'of the three nodes, for a second robot'),
     ('params_file', DEFAULT_FILE, 'further parameters; the arguments above win'),
-    ('log_level', 'info', 'debug, info, warn, error, fatal'),
+    ('log_level', 'info', 'how much the nodes say'),
 )
-# Each node, the parameters that arguments set, and their types.
+CHOICES = {
+    'method': ['', 'sarsa', 'q_learning', 'constant', 'vanishing', 'beta_implicit', 'explicit'],
+    'profile': ['', 'report', 'published'],
+    'log_level': ['debug', 'info', 'warn', 'error', 'fatal'],
+}
+# Each node, and the arguments that set parameters of it.
 NODES = {
-    'grid_world': {'map': str, 'profile': str, 'seed': int},
-    'mentor': {'mentor': str},
-    'learner': {'method': str, 'profile': str, 'seed': int},
+    'grid_world': ('map', 'profile', 'seed'),
+    'mentor': ('mentor',),
+    'learner': ('method', 'profile', 'seed'),
 }
 
 
-def node(name, parameters):
-    """Return one node; the file comes first, so that the arguments win."""
-    values = {each: ParameterValue(LaunchConfiguration(each), value_type=kind)
-              for each, kind in parameters.items()}
-    return Node(
-        package='comply_ros', executable=name, name=name, output='screen', emulate_tty=True,
-        namespace=LaunchConfiguration('namespace'),
-        parameters=[LaunchConfiguration('params_file'), values],
-        arguments=['--ros-args', '--log-level', LaunchConfiguration('log_level')])
+def nodes(context):
+    """Return the three nodes; where one ends, all end."""
+    given = {name: LaunchConfiguration(name).perform(context) for name, _, _ in ARGUMENTS}
+    started = []
+    for name, arguments in NODES.items():
+        values = {each: ParameterValue(given[each], value_type=None if each == 'seed' else str)
+                  for each in arguments if given[each]}
+        started.append(Node(
+            package='comply_ros', executable=name, name=name, namespace=given['namespace'],
+            parameters=[given['params_file'], values],  # the file first, so that arguments win
+            arguments=['--ros-args', '--log-level', given['log_level']],
+            output='screen', emulate_tty=True, on_exit=Shutdown(reason=f'{name} has ended')))
+    return started
 
 
 def generate_launch_description():
-    """Return the three nodes and their arguments."""
-    arguments = [DeclareLaunchArgument(name, default_value=default, description=text)
+    """Return the arguments and the nodes."""
+    arguments = [DeclareLaunchArgument(name, default_value=default, description=text,
+                                       choices=CHOICES.get(name))
                  for name, default, text in ARGUMENTS]
-    return LaunchDescription(arguments + [node(*each) for each in NODES.items()])
+    return LaunchDescription([*arguments, OpaqueFunction(function=nodes)])

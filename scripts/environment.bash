@@ -14,8 +14,7 @@ has_ros() { [ -n "${ROS_DISTRO:-}" ] && [ -n "${AMENT_PREFIX_PATH:-}" ]; }
 
 check_ros() {
   case "$ROS_DISTRO" in
-    [j-r]*) ;;  # jazzy, kilted, lyrical, ...; rolling
-    *) fail "needs ROS 2 Jazzy or newer, and $ROS_DISTRO is sourced: source a newer one, or" \
+    kinetic | lunar | melodic | noetic | [a-i]*) fail "needs ROS 2 Jazzy or newer, and $ROS_DISTRO is sourced: source a newer one, or" \
             "start a shell without it (then ROS 2 comes from Python wheels)." ;;
   esac
 }
@@ -31,6 +30,26 @@ find_python() {
   fail "needs Python 3.11, 3.12 or 3.13, and ${PYTHON:-python3} is" \
        "$("${PYTHON:-python3}" --version 2>&1 | head -n 1): install one, or name it:" \
        "PYTHON=/path/to/python3.12 $0"
+}
+
+# The Python of a ROS installation is the one that has its rclpy.
+find_ros_python() {
+  local candidate
+  for candidate in ${PYTHON:-python3 /usr/bin/python3}; do
+    if "$candidate" -c 'import numpy; from rclpy.experimental import EventsExecutor' \
+      2>/dev/null; then command -v "$candidate"; return; fi
+  done
+  fail "found no Python with the rclpy of ROS 2 $ROS_DISTRO, its EventsExecutor and numpy:" \
+       "sudo apt upgrade && sudo apt install ros-$ROS_DISTRO-rclpy python3-numpy"
+}
+
+check_python() {
+  "$1" -c 'import ensurepip, venv' 2>/dev/null || fail "needs the venv module of Python, and" \
+    "$1 has none: sudo apt install python3-venv"
+  "$1" -c 'import os, sysconfig, sys
+sys.exit(not os.path.exists(os.path.join(sysconfig.get_path("include"), "Python.h")))' ||
+    fail "needs the headers of Python to build its messages, and those of $1 are missing:" \
+         "sudo apt install python3-dev"
 }
 
 check_compiler() {
@@ -53,7 +72,8 @@ make_venv() {
   has_ros || lists+=("$root"/requirements/ros.txt)
   stamp=$(stamp_of "${lists[@]}" <(echo "${ROS_DISTRO:-wheels} $root"))
   [ "$stamp" = "$(cat "$venv/made-from" 2>/dev/null)" ] && return
-  python=$(find_python)
+  if has_ros; then python=$(find_ros_python); else python=$(find_python); fi
+  check_python "$python"
   check_compiler
   say "Setting up, once ($("$python" --version), ROS 2 ${ROS_DISTRO:-from Python wheels})."
   rm -rf "$venv" "$root/build" "$root/install"
@@ -64,12 +84,14 @@ make_venv() {
     "$venv/bin/python" -c 'import numpy; print(f"numpy=={numpy.__version__}")' \
       > "$venv/constraints.txt"
     set -- --constraint "$venv/constraints.txt"
+    "$venv/bin/python" -c 'import colcon_core' 2>/dev/null ||
+      set -- "$@" "$(grep '^colcon-common-extensions==' "$root/requirements/ros.txt")"
   else
     "$python" -m venv "$venv"
     set --
   fi
   "$venv/bin/python" -m pip install -qq --disable-pip-version-check "$@" \
-    $(printf -- '--requirement %s ' "${lists[@]}") >&2 ||
+    "${lists[@]/#/--requirement=}" >&2 ||
     fail 'could not install its Python packages (see above): is this machine online?'
   echo "$stamp" > "$venv/made-from"
 }
@@ -78,9 +100,10 @@ build() {
   [ -e "$root/install/made" ] && [ -z "$(sources "$root/install/made")" ] && return
   check_compiler
   say '  2/2  messages and nodes, colcon build (half a minute) ...'
-  local begun log=$root/build.log
-  begun=$(mktemp)
-  if ! (cd "$root" && python -m colcon build --executor sequential >"$log" 2>&1); then
+  local begun=$root/build/begun log=$root/build.log
+  mkdir -p "$root/build"
+  touch "$begun"
+  if ! (cd "$root" && python -m colcon build --executor sequential >"$log" 2>&1 9>&-); then
     tail -n 30 "$log" >&2
     fail "colcon build failed; all it said is in $log"
   fi
@@ -100,9 +123,16 @@ enter() {
   set -u
 }
 
-has_ros && check_ros
+case "$root" in
+  *[[:space:]]*) fail "needs a folder without spaces in its path, which colcon cannot build in," \
+                      "got '$root'" ;;
+esac
+if has_ros; then check_ros; fi
+exec 9>"$root/.setup.lock"
+flock 9  # of two first runs at the same time, the second waits
 make_venv
 enter
+exec 9>&-
 # Nothing leaves this machine unless its user says so.
 export ROS_AUTOMATIC_DISCOVERY_RANGE=${ROS_AUTOMATIC_DISCOVERY_RANGE:-LOCALHOST}
 cd "$here"

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compiled code: where it is kept, and what happens where it cannot be had."""
 
+from pathlib import Path
 import subprocess
 import sys
 
@@ -30,6 +31,19 @@ def test_compiled_code_is_kept_by_the_state_of_the_sources(tmp_path, monkeypatch
     run('pass')
     folder = tmp_path / 'comply_ros' / 'kernels' / compiled.fingerprint()[:16]
     assert list(folder.rglob('*.nbi'))
+
+
+def test_a_spoiled_cache_is_made_anew(tmp_path, monkeypatch):
+    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path))
+    train = ('from test_training import trained;'
+             'print(trained("sarsa", "report", iterations=1)[0].memory.digest())')
+    said = set()
+    for spoil in (None, b'', b'spoiled'):
+        for path in tmp_path.rglob('*.nb?'):
+            path.write_bytes(spoil)
+        said.add(subprocess.run([sys.executable, '-c', train], check=True, capture_output=True,
+                                text=True, cwd=Path(__file__).parent).stdout)
+    assert len(said) == 1
 
 
 def test_a_cache_that_cannot_be_written_is_no_reason_to_stop(tmp_path, monkeypatch):

@@ -41,7 +41,8 @@ def test_beta_trust_is_the_mean_of_the_belief(as_run):  # (3.7), section 4.1.1: 
 
 @pytest.mark.parametrize('alpha, beta, p', [
     (0.5, 0.055, 0.9009009009009009),  # the report's example of a prior that is almost sure
-    (0.0, 0.0, 0.0), (0.0, 3.0, 0.0), (3.0, 0.0, 1.0), (-1.0, 3.0, 0.0), (3.0, -1.0, 1.0)])
+    (0.0, 0.0, 0.0), (0.0, 3.0, 0.0), (3.0, 0.0, 1.0), (-1.0, 3.0, 0.0), (3.0, -1.0, 1.0),
+    (-3.0, 2.0, 0.0), (-3.0, -2.0, 0.0)])
 def test_the_mean_of_a_belief_lies_in_0_to_1(as_run, alpha, beta, p):
     assert as_run(beta_mean)(alpha, beta) == pytest.approx(p)
 

@@ -272,10 +272,70 @@ def test_a_world_that_comes_back_keeps_what_was_learned_and_another_does_not():
 
 def test_a_state_of_a_run_that_is_not_known_yet_waits_for_its_world():
     actor = learner(trust='none')
-    refused, = actor.hear_state(state(run=8))
-    assert refused.reason == 'a state must belong to run 7 of the world here, got run 8'
+    assert actor.hear_state(state(run=8)) == ()
     said = actor.hear_world(HERE._replace(run=8))
     assert [type(each) for each in said] == [Notice, Action]
+
+
+@pytest.mark.parametrize('make', [learner, mentor])
+def test_a_state_of_another_run_is_refused_when_the_world_here_goes_on(make):
+    actor = make()
+    assert actor.hear_state(state(run=5)) == ()
+    refused, *answer = actor.hear_state(state())
+    assert refused == Refused('another run', 'a state must belong to run 7 of the world here, '
+                              'got run 5')
+    assert tuple(answer) == make().hear_state(state())
+
+
+def test_advice_of_another_run_is_refused_when_the_world_here_goes_on():
+    actor = learner()
+    assert actor.hear_recommendation(advice(run=5)) == ()
+    refused, = actor.hear_state(state())
+    assert refused.reason == ('a recommendation must belong to run 7 of the world here, '
+                              'got run 5')
+
+
+def test_a_question_out_of_turn_is_refused():
+    actor = learner(trust='none')
+    actor.hear_state(state())
+    refused, = actor.hear_state(state(episode=9, step=3))
+    assert refused.reason == ('a state must follow turn (1, 0), got (9, 3): is there another '
+                              'learner?')
+    assert len(actor.hear_state(state(step=1, s=1, reward=-1.0))) == 1
+
+
+def test_an_episode_that_was_not_seen_whole_does_not_count():
+    actor = learner(trust='none', episodes=1)
+    actor.hear_state(state(step=3, s=5, reward=-1.0))
+    said = actor.hear_state(state(step=4, s=8, reward=10.0, terminated=True))
+    assert [type(each) for each in said] == [Action]
+    actor.hear_state(state(episode=2))
+    said = actor.hear_state(state(episode=2, step=1, s=8, reward=10.0, terminated=True))
+    assert [type(each) for each in said] == [Action, Progress]
+
+
+def test_a_learner_that_is_finished_rests_also_when_its_world_comes_back():
+    actor = learner(episodes=1, iterations=1, trust='none')
+    actor.hear_state(state())
+    actor.hear_state(state(step=1, s=8, reward=10.0, terminated=True))
+    digest = actor.memory.digest()
+    actor.hear_world(HERE._replace(run=8))
+    assert actor.hear_state(state(run=8)) == ()
+    assert actor.memory.digest() == digest
+    actor.hear_world(describe(grid('.G'), 'other', 9))
+    assert len(actor.hear_state(state(run=9))) == 1
+    assert (actor.finished, actor.iterations_done) == (False, 0)
+
+
+def test_who_waits_says_for_what():
+    assert 'a world' in LearnerActor(ROW, seed=0).waits_for()
+    assert 'a world' in MentorActor().waits_for()
+    actor = learner()
+    assert actor.waits_for() is None
+    actor.hear_state(state())
+    assert actor.waits_for() == 'a recommendation in state 0: is a mentor running?'
+    assert mentor().waits_for() is None
+    assert 'an action in turn (1, 0)' in WorldActor(ROOM, 'room', RUN, seed=0).waits_for()
 
 
 IN_THE_ROOM = list(product((learner, mentor), (
@@ -288,7 +348,10 @@ IN_THE_ROOM = list(product((learner, mentor), (
      'terminated must be true at a goal and nowhere else, got True in state 0'),
     (state(s=8), 'wrong end',
      'terminated must be true at a goal and nowhere else, got False in state 8'),
-    (state(run=5), 'another run', 'a state must belong to run 7 of the world here, got run 5'))))
+    (state(step=60), 'wrong step',
+     'an episode must be truncated at step 50 and nowhere else, got False at step 60'),
+    (state(truncated=True), 'wrong step',
+     'an episode must be truncated at step 50 and nowhere else, got True at step 0'))))
 
 
 @pytest.mark.parametrize('make, wrong', IN_THE_ROOM)
@@ -306,7 +369,6 @@ def test_a_state_in_an_obstacle_is_refused():
 
 
 @pytest.mark.parametrize('said, reason', [
-    (advice(run=5), 'a recommendation must belong to run 7 of the world here, got run 5'),
     (advice(s=9), 'a recommendation must be for a state in [0, 8], got 9'),
     (advice(action=0),
      'a recommendation must be an action that the cell has, or -1, got 0 in state 0'),
@@ -343,7 +405,7 @@ def test_an_action_that_cannot_be_right_is_refused_and_moves_nothing(said, reaso
     ({'rows': ('..G', '..', '...')}, 'all rows must have the same length'),
     ({'width': 4}, 'width and height must be those of the rows, 3 x 3, got 4 x 3'),
     ({'step_limit': 51}, 'sha256 must be that of the world'),
-    ({'intended': float('nan')}, 'intended must be a finite number, got nan'),
+    ({'intended': float('nan')}, 'intended must be a finite number of at most 1000000, got nan'),
     ({'starts': (99,)}, 'a start must lie in the grid of 9 cells, got state 99')])
 def test_a_description_that_is_no_world_is_refused(changes, message):
     for actor in (MentorActor(), LearnerActor(ROW, seed=0)):

@@ -144,3 +144,10 @@ def test_the_temperature_has_a_floor_and_may_wait_for_the_confidence(as_run):
         as_run(cool)(bench.numbers, bench.memory.schedule)
         seen.append(bench.memory.schedule[TEMPERATURE])
     assert seen == [0.5, 0.3, 0.3]
+
+
+def test_the_temperature_falls_as_soon_as_the_confidence_is_low_enough(as_run):
+    bench = Bench(room(), temperature=0.5, temperature_factor=0.5, confidence=1.0,
+                  confidence_factor=0.5, cooling_confidence=0.5)
+    as_run(cool)(bench.numbers, bench.memory.schedule)
+    assert bench.memory.schedule.tolist() == [0.5, 0.25]

@@ -132,11 +132,14 @@ def test_a_lesson_that_is_killed_takes_its_nodes_along(lesson):
     wait_until(lambda: not any(os.path.exists(f'/proc/{pid}') for pid in ids.values()), 'end')
 
 
-def test_two_lessons_on_the_same_topics_are_noticed(lesson, tmp_path):
+def test_a_second_lesson_on_the_same_topics_stands_aside(lesson, tmp_path):
+    process, _ = lesson
     done = run('lesson', *SMALL, '--out', str(tmp_path / 'second'))
     assert done.returncode == 1
-    assert 'lesson: somebody else speaks on the topics of this lesson' in done.stderr
-    assert 'give it a --namespace of its own' in done.stderr
+    assert done.stderr.endswith('lesson: other nodes speak on the topics of this lesson: end '
+                                'them, or give this one a --namespace of its own\n')
+    assert not (tmp_path / 'second' / 'learner.log').exists()
+    assert process.poll() is None  # the first one goes on
 
 
 def test_a_namespace_lets_a_second_lesson_be_held(lesson, tmp_path):
@@ -146,7 +149,7 @@ def test_a_namespace_lets_a_second_lesson_be_held(lesson, tmp_path):
 
 @pytest.mark.parametrize('argv, message', [
     (('--map', 'nowhere'), "lesson: map 'nowhere': a map must be one of"),
-    (('--rate', '-1'), 'lesson: rate must lie in [0, 1000], got -1'),
+    (('--rate', '-1'), 'lesson: rate must be 0 or lie in [0.001, 1000], got -1'),
     (('--namespace', '2 b'), "lesson: a namespace is made of letters, digits, _ and /, got '2 b'"),
 ])
 def test_a_mistake_is_said_before_anything_is_started(tmp_path, argv, message):

@@ -39,7 +39,7 @@ def test_a_mentor_is_written_as_kind_and_value(text, spec):
     ('file:', "this mentor is written file:PATH, got 'file:'"),
     ('noisy:1.5', "the P of noisy:P must lie in [0, 1], got '1.5'"),
     ('noisy:much', "the P of noisy:P must be a number, got 'much'"),
-    ('snapshot:nan', "the Q of snapshot:Q must lie in [-10, 1], got 'nan'")])
+    ('snapshot:nan', "the Q of snapshot:Q must lie in [0, 1], got 'nan'")])
 def test_a_mentor_that_does_not_exist_is_refused(text, message):
     with pytest.raises(MentorError) as error:
         parse_spec(text)

@@ -53,12 +53,45 @@ def test_only_scheduled_learners_may_repeat_a_refused_action(profile, name):  # 
     assert row.excludes_refused == (row.trust in ('beta', 'explicit'))
 
 
-def test_the_published_rows_are_those_of_the_runs():
-    sarsa, beta = METHODS['published']['sarsa'], METHODS['published']['beta_implicit']
-    assert (sarsa.initial_value, sarsa.temperature, sarsa.visit_growth) == (3.0, 4.0, 1 / 15)
-    assert (beta.belief_listen, beta.belief_discard, beta.trust_rate) == (8.0, 2.0, 2.0)
-    assert beta.sign_only and beta.bounded_belief
-    assert METHODS['published']['q_learning'].episodes == 10
+RATES = ('temperature', 'temperature_factor', 'initial_value', 'learning_rate',
+         'learning_rate_exponent', 'visit_growth', 'iterations', 'episodes')
+# The settings of the runs behind the figures, as they were.
+PUBLISHED = {
+    'sarsa': (4.0, 0.99, 3.0, 1.0, 1.0, 1 / 15, 600, 15),
+    'q_learning': (1.0, 0.98, 1.0, 0.8, 0.505, 1.0, 600, 10),
+    'constant': (0.5, 0.98, 0.0, 1.0, 0.51, 1.0, 400, 15),
+    'vanishing': (0.5, 0.98, 0.0, 1.0, 0.51, 1.0, 400, 15),
+    'beta_implicit': (1.0, 0.99, 0.0, 1.0, 1.0, 1 / 15, 400, 15),
+    'explicit': (2.0, 0.99, 0.0, 1.0, 0.55, 1 / 15, 400, 15)}
+TRUSTING = {
+    'constant': {'confidence': 0.9, 'confidence_factor': 1.0, 'cooling_confidence': 1.0},
+    'vanishing': {'confidence': 0.9, 'confidence_factor': 0.99, 'cooling_confidence': 0.5},
+    'beta_implicit': {'belief_listen': 8.0, 'belief_discard': 2.0, 'trust_rate': 2.0,
+                      'sign_only': True, 'bounded_belief': True},
+    'explicit': {'belief_listen': 1.095, 'belief_discard': 0.0, 'trust_rate': 0.1,
+                 'updates_both': False, 'listen_temperature': 0.5,
+                 'listen_temperature_exponent': 0.55}}
+
+
+@pytest.mark.parametrize('name', METHODS['published'])
+def test_the_published_rows_are_those_of_the_runs(name):
+    row = METHODS['published'][name]
+    assert tuple(getattr(row, field) for field in RATES) == PUBLISHED[name]
+    assert {field: getattr(row, field) for field in TRUSTING.get(name, ())} == TRUSTING.get(
+        name, {})
+    assert (row.temperature_floor, row.measuring_iterations, row.discount) == (0.03, 1, 1.0)
+    assert row.off_policy == (name == 'q_learning')
+
+
+@pytest.mark.parametrize('name', METHODS['report'])
+def test_the_report_rows_differ_where_the_text_does(name):
+    row = METHODS['report'][name]
+    assert (row.learning_rate_exponent, row.visit_growth) == (0.55, 1.0)  # (2.26)
+    assert (row.temperature_floor, row.measuring_iterations) == (1e-9, 0)
+    assert not row.sign_only and not row.bounded_belief  # (4.2)
+    assert row.updates_both  # (3.12)
+    assert row.cooling_confidence == 1.0
+    assert row.trust_rate == {'beta_implicit': 0.3, 'explicit': 0.1}.get(name, 1.0)
 
 
 def test_explicit_begins_with_the_lead_of_the_prior():  # (3.13): 0.5 log(0.9 / 0.1)

@@ -19,6 +19,8 @@ def test_the_report_asks_to_stay_above_and_the_runs_count():
     assert time_to_convergence('published', RETURNS, 4.5) == 2
     assert time_to_convergence('report', RETURNS, 5.2) is None
     assert time_to_convergence('report', RETURNS, -3.0) == 0
+    assert time_to_convergence('published', RETURNS, 4.0) == 2  # at the level is not above it
+    assert time_to_convergence('report', RETURNS, 4.0) == 3
     assert time_to_convergence('published', RETURNS, -3.0) == 0
 
 
@@ -26,6 +28,7 @@ def test_the_ratio_is_what_was_collected_until_then():
     assert reward_ratio(RETURNS, 3, 5.0) == pytest.approx(7.0 / 15.0)
     assert reward_ratio(RETURNS, None, 5.0) == pytest.approx(17.5 / 25.0)
     assert reward_ratio(RETURNS, 0, 5.0) is None
+    assert reward_ratio(RETURNS, 3, 0.0) is None
 
 
 def test_regret_is_what_is_missing():

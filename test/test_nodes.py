@@ -4,19 +4,23 @@
 from dataclasses import replace
 from itertools import permutations
 import os
+from pathlib import Path
 import random
 import re
 import signal
+import subprocess
+import sys
+import textwrap
 import time
 
 from comply_msgs.srv import Recommend, Save
 from nodes import log_has, nodes, run, wait_until
+import numpy as np
 import pytest
 import rclpy
 from rclpy.node import Node
 
 from comply_ros.core.method import FIELDS, find_method
-from comply_ros.core.policy import format_policy, parse_policy
 from comply_ros.core.training import Training
 from comply_ros.core.world import World
 from comply_ros.nodes import parameters, topics
@@ -176,10 +180,48 @@ def test_a_wrong_parameter_is_one_line_and_exit_code_2(name, argument, message):
     assert done.stderr == message + '\n'
 
 
+def test_what_is_no_ros_argument_is_refused():
+    done = run('learner', '-p', 'method:=explicit')
+    assert done.returncode == 2
+    assert done.stderr == (
+        "learner: takes ROS arguments only, got '-p method:=explicit'; parameters are given as "
+        '--ros-args -p NAME:=VALUE\n')
+
+
+@pytest.mark.parametrize('name, what', [
+    ('learner', 'waits for a world: is a grid_world running?'),
+    ('mentor', 'waits for a world: is a grid_world running?'),
+    ('grid_world', 'waits for an action in turn (1, 0): is a learner running, or has it ')])
+def test_a_node_that_waits_says_for_what(tmp_path, name, what):
+    with nodes(tmp_path, **{name: ()}) as started:
+        wait_until(log_has(started[name], what), what)
+
+
+def test_a_world_that_comes_back_while_its_mentor_is_made_is_served(tmp_path, monkeypatch):
+    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path / 'cache'))
+    with nodes(tmp_path, mentor=('-p', 'mentor:=snapshot:0.999')) as started:
+        for _ in range(2):
+            with nodes(tmp_path / 'world', grid_world=()):
+                wait_until(log_has(started['mentor'], 'generating this mentor'), 'generation')
+        with nodes(tmp_path / 'world', grid_world=(), learner=('-p', 'iterations:=1')) as others:
+            wait_until(log_has(others['learner'], 'finished 1 iterations'), 'learning')
+        assert 'Traceback' not in started['mentor'].log.read_text()
+
+
+def test_a_world_that_is_killed_and_comes_back_is_learned_on(tmp_path):
+    with nodes(tmp_path, mentor=MENTOR, learner=LEARNER) as started:
+        with nodes(tmp_path / 'first', grid_world=SMALL) as world:
+            wait_until(log_has(started['learner'], 'begins to learn'), 'learning')
+            os.kill(world['grid_world'].pid, signal.SIGKILL)
+        with nodes(tmp_path / 'second', grid_world=SMALL):
+            wait_until(log_has(started['learner'], 'goes on in world'), 'going on')
+            digest_of(started['learner'])
+
+
 def test_wrong_ros_arguments_are_one_sentence():
     done = run('learner', '--ros-args', '--params-file', '/nowhere.yaml')
     assert done.returncode == 2
-    assert "learner: the arguments after --ros-args must be valid: Couldn't parse" in done.stderr
+    assert 'learner: the arguments after --ros-args must be known and valid: ' in done.stderr
     assert 'Traceback' not in done.stderr
 
 
@@ -324,17 +366,22 @@ def test_messages_that_cannot_be_right_are_refused_once_and_change_nothing(
             assert digest_of(started['learner']) == expected
 
 
-def test_a_mentor_of_ones_own_can_take_the_place_of_ours(tmp_path, node):
-    world = World(read_map('bar_grid', 'published'))
-    policy = mentor_policy(read_spec('optimal'), world, 0)
-    assert (parse_policy(format_policy(policy, world), world) == policy).all()
-    say = node.create_publisher(topics.RECOMMENDATION.message, 'recommendation',
-                                topics.RECOMMENDATION.qos)
-
-    def recommend(state):
-        say.publish(topics.RECOMMENDATION.message(
-            run=state.run, episode=state.episode, step=state.step, state=state.state,
-            action=int(policy[state.state])))
-    node.create_subscription(topics.STATE.message, 'state', recommend, topics.STATE.qos)
-    with nodes(tmp_path, grid_world=SMALL, learner=LEARNER) as started:
-        spin_until(node, log_has(started['learner'], 'finished'), 'end of the learning')
+def test_the_mentor_node_of_the_readme_can_take_the_place_of_ours(tmp_path):
+    readme = (Path(__file__).parents[1] / 'README.md').read_text()
+    (tmp_path / 'my_mentor.py').write_text(textwrap.dedent(
+        re.search(r'```python\n(.*?)```', readme, re.DOTALL)[1]))
+    world = World(read_map('free_grid', 'published'))
+    policy = np.where(np.arange(121) % 11 == 10, 3, 1)
+    row = replace(find_method('beta_implicit', 'published'), iterations=4, episodes=5)
+    training = Training(world, policy, row, 3)
+    for _ in range(4):
+        training.iterate()
+    mine = subprocess.Popen([sys.executable, tmp_path / 'my_mentor.py'])
+    try:
+        with nodes(tmp_path, grid_world=('-p', 'map:=free_grid', '-p', 'seed:=3'),
+                   learner=LEARNER) as started:
+            assert digest_of(started['learner']) == training.memory.digest()
+            assert 'refused' not in started['learner'].log.read_text()
+    finally:
+        mine.terminate()
+        mine.wait()

@@ -3,6 +3,11 @@
 
 import json
 import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+import time
 
 import numpy as np
 import pytest
@@ -55,7 +60,7 @@ def test_the_folder_has_a_name_of_its_own(tmp_path, monkeypatch):
     (('--iterations', '0'), 'a session needs an end: iterations must be at least 1, got 0'),
     (('--iterations', 'many'), "iterations must be a whole number, got 'many'"),
     (('--episodes', '0'), 'episodes must lie in [1, 1000000], got 0'),
-    (('--seed', '-1'), 'seed must be at least 0, got -1'),
+    (('--seed', '-1'), 'seed must lie in [0, 9007199254740992], got -1'),
     (('--seeds', '0'), 'seeds must be at least 1, got 0'),
 ])
 def test_a_mistake_is_one_line_and_exit_code_2(tmp_path, capsys, argv, message):
@@ -80,6 +85,44 @@ def test_a_folder_that_cannot_be_written_is_said_at_once(tmp_path, capsys, monke
     assert run(tmp_path / 'taken' / 'out')[0] == 2
     assert "an output folder must be writable, got '" in capsys.readouterr().err
     assert (tmp_path / 'taken').read_text() == 'a file where a folder should be'
+
+
+def test_a_folder_in_the_place_of_a_result_is_said_at_once(tmp_path, capsys):
+    (tmp_path / 'summary.json').mkdir()
+    assert run_code(tmp_path) == 2
+    assert 'a result must not have the name of a folder' in capsys.readouterr().err
+
+
+def run_code(folder):
+    """Return the exit code of a short training."""
+    return train.main(['train', *SHORT, '--out', str(folder)])
+
+
+def test_ctrl_c_ends_a_training(tmp_path):
+    process = subprocess.Popen(
+        [sys.executable, '-c', 'import sys; from comply_ros.entry import train;'
+         'sys.exit(train())', '--iterations', '1000000', '--mentor', 'none', '--out',
+         str(tmp_path)], stderr=subprocess.PIPE, text=True)
+    deadline = time.monotonic() + 60
+    while time.monotonic() < deadline and not learns(process.pid):
+        time.sleep(0.01)
+    process.send_signal(signal.SIGINT)
+    said = process.communicate(timeout=20)[1]
+    assert process.returncode == 130
+    assert said.endswith('train: interrupted\n') and 'Traceback' not in said
+
+
+def learns(pid):
+    """Tell whether the process has the threads that learn."""
+    names = [path.read_text() for path in Path(f'/proc/{pid}/task').glob('*/comm')]
+    return len(names) > 2
+
+
+def test_a_world_without_end_is_said_before_the_learning(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr('comply_ros.core.planning.MOST_SWEEPS', 3)
+    monkeypatch.setattr('comply_ros.experiments.train.Training', None)
+    assert run_code(tmp_path) == 2
+    assert 'train: value iteration must settle within 3 sweeps' in capsys.readouterr().err
 
 
 def test_a_summary_holds_what_is_promised(tmp_path):

@@ -10,10 +10,11 @@ import pytest
 import yaml
 
 from comply_ros import entry
-from comply_ros.core.method import FIELDS
-from comply_ros.nodes import parameters
+from comply_ros.core.method import FIELDS, METHODS
 
 TOP = Path(__file__).parents[1]
+KNOWN = {'grid_world': {'map', 'profile', 'seed', 'rate'}, 'mentor': {'mentor', 'seed'},
+         'learner': {'method', 'profile', 'seed', 'map_period', 'remembers_advice', *FIELDS}}
 EXECUTABLES = ('grid_world', 'mentor', 'learner', 'lesson', 'train', 'topic')
 
 
@@ -26,24 +27,23 @@ def test_executables_are_installed_and_have_an_entry(name):
 def test_the_parameter_file_names_parameters_that_exist():
     text = (TOP / 'config' / 'teach.yaml').read_text()
     offered = re.sub(r'(?m)^    # (\w+: \S+)', r'    \1', text)
-    known = {'grid_world': {'map', 'profile', 'seed', 'rate'}, 'mentor': {'mentor', 'seed'},
-             'learner': {'method', 'profile', 'seed', 'map_period', 'remembers_advice', *FIELDS}}
     for content in (yaml.safe_load(text), yaml.safe_load(offered)):
-        assert set(content) == {f'/**/{name}' for name in known}
+        assert set(content) == {f'/**/{name}' for name in KNOWN}
         for name, table in content.items():
-            assert set(table['ros__parameters']) <= known[name.removeprefix('/**/')]
+            assert set(table['ros__parameters']) <= KNOWN[name.removeprefix('/**/')]
 
 
-def test_the_launch_file_has_the_arguments_and_the_defaults_of_the_nodes():
-    tree = ast.parse((TOP / 'launch' / 'teach.launch.py').read_text())
-    table = next(node.value for node in tree.body if isinstance(node, ast.Assign)
-                 and node.targets[0].id == 'ARGUMENTS')
-    defaults = {row.elts[0].value: getattr(row.elts[1], 'value', None) for row in table.elts}
-    assert list(defaults) == ['map', 'method', 'mentor', 'seed', 'profile', 'namespace',
-                              'params_file', 'log_level']
-    for each in (parameters.MAP, parameters.METHOD, parameters.MENTOR, parameters.SEED,
-                 parameters.PROFILE):
-        assert defaults[each.name] == str(each.default)
+def test_the_launch_file_has_the_arguments_and_knows_all_methods():
+    tables = {node.targets[0].id: node.value for node in ast.parse(
+        (TOP / 'launch' / 'teach.launch.py').read_text()).body if isinstance(node, ast.Assign)}
+    names = [row.elts[0].value for row in tables['ARGUMENTS'].elts]
+    assert names == ['map', 'method', 'mentor', 'seed', 'profile', 'namespace', 'params_file',
+                     'log_level']
+    choices = ast.literal_eval(tables['CHOICES'])
+    assert choices['method'] == ['', *METHODS['published']]
+    assert choices['profile'] == ['', *METHODS]
+    for node, arguments in ast.literal_eval(tables['NODES']).items():
+        assert set(arguments) <= KNOWN[node]
 
 
 def test_versions_agree():

@@ -73,6 +73,19 @@ def test_optimality_is_linear_between_random_and_optimal():  # section 4.3.1
     assert yardstick.return_of(optimal_policy(corridor())) == high
 
 
+def test_a_pocket_without_a_way_to_the_goal_is_no_place_to_be():
+    world = World(grid('...#.', '..##.', '..G##', starts=(0,)))
+    assert world.free.nonzero()[0].tolist() == [0, 1, 5, 6, 10, 11, 12]
+    assert optimal_values(world)[[9, 14]].tolist() == [0.0, 0.0]
+    assert optimal_policy(world)[[9, 14]].tolist() == [-1, -1]
+
+
+def test_where_all_policies_are_alike_there_is_no_optimality():
+    yardstick = Yardstick(World(grid('.G')))
+    assert yardstick.optimal_return == yardstick.random_return == 10.0
+    assert yardstick.optimality(10.0) is None
+
+
 def test_a_policy_without_advice_acts_at_random():
     world = corridor()
     silent = np.full(3, -1, dtype=np.int8)

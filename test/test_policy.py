@@ -22,10 +22,10 @@ def test_a_policy_is_read_and_written_in_the_shape_of_the_map():
     ('', 'a policy must have a row for each of the 2 rows of the map, got 0'),
     ('>>G\n<#.', "an action must not leave the grid, got '<' in row 2, column 1"),
     ('>?G\n^#.', "a policy is written in <>v^.#G, got '?' in row 1, column 2"),
-    ('>>G\n^>.', "a policy has advice in free cells only, got '>' in row 2, column 2, which is '#' "
-     'in the map'),
-    ('>#G\n^#.', "a policy has advice in free cells only, got '#' in row 1, column 2, which is '.' "
-     'in the map'),
+    ('>>G\n^>.', "a policy has advice in free cells only, got '>' in row 2, column 2, which is "
+     "'#' in the map"),
+    ('>#G\n^#.', "a policy has advice in free cells only, got '#' in row 1, column 2, which is "
+     "'.' in the map"),
 ])
 def test_a_policy_that_does_not_fit_is_refused(text, message):
     with pytest.raises(PolicyError) as error:

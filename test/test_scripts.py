@@ -48,7 +48,7 @@ def test_an_unsupported_python_is_one_sentence_with_the_remedy(fresh):
 
 
 def test_a_missing_compiler_is_one_sentence_with_the_remedy(fresh):
-    for name in ('bash', 'dirname', 'cat', 'sha256sum', 'cut', 'head', 'python3'):
+    for name in ('bash', 'dirname', 'cat', 'sha256sum', 'cut', 'head', 'flock', 'python3'):
         (fresh / 'bin').mkdir(exist_ok=True)
         (fresh / 'bin' / name).symlink_to(shutil.which(name))
     done = script(['bash', 'scripts/demo'], fresh, PATH=str(fresh / 'bin'),
@@ -66,6 +66,15 @@ def test_an_old_ros_is_one_sentence_with_the_remedy(fresh):
     assert done.stderr == (
         'comply_ros: needs ROS 2 Jazzy or newer, and humble is sourced: source a newer one, or '
         'start a shell without it (then ROS 2 comes from Python wheels).\n')
+
+
+def test_a_folder_with_a_space_is_one_sentence(fresh):
+    (fresh / 'my clone').mkdir()
+    (fresh / 'scripts').rename(fresh / 'my clone' / 'scripts')
+    done = script(['scripts/demo'], fresh / 'my clone')
+    assert done.returncode == 2
+    assert done.stderr == ('comply_ros: needs a folder without spaces in its path, which colcon '
+                           f"cannot build in, got '{fresh / 'my clone'}'\n")
 
 
 def test_run_names_what_there_is():

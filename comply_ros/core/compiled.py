@@ -5,6 +5,7 @@ from functools import cache
 import hashlib
 import os
 from pathlib import Path
+import shutil
 
 KERNELS = {}
 
@@ -39,6 +40,12 @@ def compiled(entry):
         if function is not entry:
             register_jitable(function)
     return numba.njit(nogil=True, error_model='numpy', cache=_keeps_code(numba))(entry)
+
+
+def forget():
+    """Delete what was compiled before, for a start from the sources."""
+    shutil.rmtree(cache_folder() / 'kernels', ignore_errors=True)
+    compiled.cache_clear()
 
 
 def _keeps_code(numba):

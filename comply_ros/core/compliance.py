@@ -42,20 +42,25 @@ def beta_mean(alpha, beta):
     """
     Mean of Beta(alpha, beta), the p that is used in practice (section 4.1.1).
 
-    Where nothing is left of the belief (alpha + beta = 0: the published runs cut both at 0), the
-    mentor is not followed. Outside of [0, 1], where the text's unbounded (4.2) can lead, the
-    nearer end is meant.
+    The published runs cut alpha and beta at 0, and the text's (4.2) can lead below. No alpha is no
+    reason to follow, p is 0, also where nothing is left of either; no beta is none to refuse.
     """
-    if alpha + beta == 0.0:
+    if alpha <= 0.0:
         return 0.0
-    return min(max(alpha / (alpha + beta), 0.0), 1.0)
+    if beta <= 0.0:
+        return 1.0
+    return alpha / (alpha + beta)
 
 
 @kernel
 def update_beta(s, listened, delta, method, belief):
-    """Change belief[s]: alpha where the mentor's action was taken, beta where not (4.2)."""
+    """
+    Change belief[s]: alpha where the mentor's action was taken, beta where not (4.2).
+
+    A belief of which nothing is left, alpha + beta <= 0, stays as it is.
+    """
     alpha, beta = belief[s, LISTEN], belief[s, DISCARD]
-    if alpha + beta == 0.0:
+    if alpha + beta <= 0.0:
         return
     if method.sign_only:
         delta = 1.0 if delta > 0.0 else -1.0 if delta < 0.0 else 0.0

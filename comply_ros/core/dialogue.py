@@ -144,6 +144,10 @@ def problem_of_state(said, world):
     if said.terminated != bool(world.terminal[said.state]):
         return Refused('wrong end', 'terminated must be true at a goal and nowhere else, '
                        f'got {said.terminated} in state {said.state}')
+    limit = world.grid.step_limit
+    if said.step > limit or said.truncated != (said.step == limit and not said.terminated):
+        return Refused('wrong step', f'an episode must be truncated at step {limit} and nowhere '
+                       f'else, got {said.truncated} at step {said.step}')
     return None
 
 

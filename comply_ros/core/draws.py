@@ -3,6 +3,7 @@
 
 import numpy as np
 
+SEED_LIMIT = 2 ** 53  # every number up to it survives a file, a float and a parameter
 BLOCK = 4096  # rows drawn at once; it does not change the numbers, only the speed
 
 

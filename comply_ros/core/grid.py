@@ -2,8 +2,8 @@
 """A grid world as its author writes it, and every way in which it can be wrong."""
 
 from dataclasses import dataclass, fields
+from functools import cached_property
 import hashlib
-from math import isfinite
 
 FREE, OBSTACLE, GOAL = CELLS = '.#G'
 LEFT, RIGHT, DOWN, UP = range(4)
@@ -12,6 +12,7 @@ ARROWS = '<>v^'  # ARROWS[action]
 STEPS = ((-1, 0), (1, 0), (0, -1), (0, 1))  # STEPS[action]: (dx, dy), x to the right, y up
 
 LARGEST_SIDE = 4096
+LARGEST_REWARD = 1e6
 
 
 class MapError(ValueError):
@@ -76,6 +77,11 @@ class Grid:
         parts = [f'{f.name}={getattr(self, f.name)!r}' for f in fields(self)]
         return hashlib.sha256('\n'.join(parts).encode()).hexdigest()
 
+    @cached_property
+    def arriving(self):
+        """Set of the states from which a goal can be reached, goals included."""
+        return _cells_that_reach_a_goal(self, self.cells)
+
     def place(self, s):
         """Return (x, y) of state s."""
         return s % self.width, s // self.width
@@ -108,8 +114,9 @@ def _check_rows(rows):
 
 def _check_numbers(grid):
     for name in ('step_reward', 'obstacle_reward', 'goal_reward', 'intended'):
-        if not isfinite(getattr(grid, name)):
-            raise MapError(f'{name} must be a finite number, got {getattr(grid, name)}')
+        if not abs(getattr(grid, name)) <= LARGEST_REWARD:
+            raise MapError(f'{name} must be a finite number of at most {LARGEST_REWARD:.0f}, '
+                           f'got {getattr(grid, name)}')
     for name in ('step_reward', 'obstacle_reward'):
         if getattr(grid, name) >= 0:
             raise MapError(f'{name} must be below 0, or the best policy never arrives, '
@@ -124,7 +131,6 @@ def _check_starts(grid):
     if not grid.starts:
         raise MapError('a map needs at least one start, got none')
     cells = grid.cells
-    arriving = _cells_that_reach_a_goal(grid, cells)
     for s in grid.starts:
         if not 0 <= s < len(cells):
             raise MapError(f'a start must lie in the grid of {len(cells)} cells, got state {s}')
@@ -132,7 +138,7 @@ def _check_starts(grid):
         if cells[s] != FREE:
             what = 'an obstacle' if cells[s] == OBSTACLE else 'the goal'
             raise MapError(f'a start must be a free cell, but ({x}, {y}) is {what}')
-        if s not in arriving:
+        if s not in grid.arriving:
             raise MapError(f'the goal must be in reach of every start, '
                            f'but no way leads there from ({x}, {y})')
 

@@ -36,19 +36,19 @@ class LearnerActor:
     Attributes
     ----------
     memory: the `Memory`, None before a world is known.
-    finished: True when all iterations are done; from then on it answers nothing.
+    finished: True when all iterations are done; from then on it answers nothing, except in
+        another world, which it begins to learn.
 
     """
 
     def __init__(self, method, seed, remembers_advice=True):
         self._remembers_advice = remembers_advice
         self.method, self.memory, self.world = method, None, None
-        self.iterations_done, self.steps, self.finished = 0, 0, False
+        self.finished = False
         self._numbers = method.numbers()
         self._draws = Draws(streams(seed)[1], DRAWS)
         self._run, self._early = None, {}
         self._forget_the_turn()
-        self._begin_iteration()
 
     def hear_world(self, said):
         """
@@ -68,12 +68,25 @@ class LearnerActor:
         self._forget_the_turn()
         notice = f'goes on in world {said.name!r}, run {said.run}'
         if self.world is None or self.world.grid != grid:
-            self.world = World(grid)
-            self.memory = Memory.fresh(self.world, self.method)
-            self._views = self.memory.views()
+            self._begin_world(World(grid))
             notice = f'begins to learn world {said.name!r}, run {said.run}'
         early, self._early = self._early, {}
-        return (Notice(notice), *(said for hear, held in early.items() for said in hear(held)))
+        return (Notice(notice),
+                *(answer for hear, (held, _) in early.items() for answer in hear(held)))
+
+    def _begin_world(self, world):
+        self.world, self.memory = world, Memory.fresh(world, self.method)
+        self._views = self.memory.views()
+        self.iterations_done, self.steps, self.finished = 0, 0, False
+        self._begin_iteration()
+
+    def waits_for(self):
+        """Text of what this learner needs before it can go on; None where it has it all."""
+        if self.world is None:
+            return 'a world: is a grid_world running?'
+        if self._asked:
+            return f'a recommendation in state {self._asked.state}: is a mentor running?'
+        return None
 
     def hear_state(self, said):
         """
@@ -84,12 +97,15 @@ class LearnerActor:
         """
         if said.run != self._run:
             return self._hold(self.hear_state, said, 'a state')
-        problem = problem_of_state(said, self.world)
+        if self._early:
+            return (*self._refuse_held(), *self.hear_state(said))
+        problem = problem_of_state(said, self.world) or self._problem_of_turn(said)
         if problem:
             return (problem,)
         if turn(said) == self._answered:
             return (self._answer,) if self._answer else ()
-        if turn(said) < self._answered or (self._asked and turn(said) <= turn(self._asked)):
+        asked = self._asked and turn(said) == turn(self._asked)
+        if turn(said) < self._answered or asked or self.finished:
             return ()
         self._asked = said
         if not self.method.needs_mentor() or said.terminated:
@@ -114,9 +130,17 @@ class LearnerActor:
         return ()
 
     def _hold(self, hear, said, what):
-        """Keep a message for the world that it may belong to; refuse it for the world here."""
-        self._early[hear] = said
-        return (problem_of_run(said, self._run, what),) if self._run is not None else ()
+        """
+        Keep a message of another run for the world that it may belong to.
+
+        It is refused as soon as the world here is heard to go on.
+        """
+        self._early[hear] = said, what
+        return ()
+
+    def _refuse_held(self):
+        early, self._early = self._early, {}
+        return tuple(problem_of_run(said, self._run, what) for said, what in early.values())
 
     def _problem_of_advice(self, said):
         states = len(self.world.terminal)
@@ -128,6 +152,16 @@ class LearnerActor:
             return Refused('advice not available', 'a recommendation must be an action that the '
                            f'cell has, or {NO_ACTION}, got {said.action} in state {said.state}')
         return None
+
+    def _problem_of_turn(self, said):
+        """`Refused` for a question that cannot be the next one, or None."""
+        episode, step = self._answered
+        if self._answered == NOT_YET or turn(said) <= self._answered:
+            return None
+        if turn(said) in ((episode, step + 1), (episode + 1, 0)):
+            return None
+        return Refused('question out of turn', f'a state must follow turn {self._answered}, '
+                       f'got {turn(said)}: is there another learner?')
 
     def _respond(self, asked, advice):
         """Change the memory: choose, then learn. Return what is to be said."""

@@ -38,6 +38,10 @@ class MentorActor:
         self.world, self.policy = World(grid), None
         return True
 
+    def waits_for(self):
+        """Text of what this mentor needs before it can go on; None where it has it all."""
+        return 'a world: is a grid_world running?' if self.world is None else None
+
     def use(self, policy):
         """Advise by `policy[s]` from now on; return what is to be said about a held state."""
         self.policy = policy.tolist()
@@ -52,8 +56,10 @@ class MentorActor:
         """Return the `Recommendation` for a state; none where the episode is over."""
         if self.policy is None or said.run != self._run:
             self._held = said
-            early = self.policy is None
-            return () if early else (problem_of_run(said, self._run, 'a state'),)
+            return ()
+        if self._held:  # of another run than the world that goes on here
+            held, self._held = self._held, None
+            return (problem_of_run(held, self._run, 'a state'), *self.hear_state(said))
         problem = problem_of_state(said, self.world)
         if problem:
             return (problem,)

@@ -46,18 +46,17 @@ def parse_spec(text):
     wanted = KINDS[kind].partition(':')[2]
     if bool(wanted) != bool(value) or bool(colon) != bool(wanted):
         raise MentorError(f'this mentor is written {KINDS[kind]}, got {text!r}')
-    return Spec(kind, _level(kind, value) if wanted in ('P', 'Q') else value or None)
+    return Spec(kind, _share(kind, value) if wanted in ('P', 'Q') else value or None)
 
 
-def _level(kind, text):
-    low, high = (0, 1) if kind == 'noisy' else (-10, 1)
+def _share(kind, text):
     name = f'the {KINDS[kind][-1]} of {KINDS[kind]}'
     try:
         value = float(text)
     except ValueError:
         raise MentorError(f'{name} must be a number, got {text!r}') from None
-    if not low <= value <= high:
-        raise MentorError(f'{name} must lie in [{low}, {high}], got {text!r}')
+    if not 0 <= value <= 1:
+        raise MentorError(f'{name} must lie in [0, 1], got {text!r}')
     return value
 
 

@@ -34,10 +34,12 @@ def reward_ratio(returns, convergence, optimal_return):
     """
     Return collected until convergence over what the optimal policy collects in that time.
 
-    Over all iterations where there is no convergence; None where it takes no time at all.
+    Over all iterations where there is no convergence; None where it takes no time at all, or the
+    optimal policy collects nothing.
     """
     collected = returns[:convergence]
-    return sum(collected) / (optimal_return * len(collected)) if collected else None
+    optimal = optimal_return * len(collected)
+    return sum(collected) / optimal if optimal else None
 
 
 def regret(returns, optimal_return):

@@ -112,5 +112,10 @@ class Yardstick:
         return expected_return(self.world, probabilities(self.world, policy))
 
     def optimality(self, policy_return):
-        """Level of a return: 0 for the random policy, 1 for the optimal one (section 4.3.1)."""
-        return (policy_return - self.random_return) / (self.optimal_return - self.random_return)
+        """
+        Level of a return: 0 for the random policy, 1 for the optimal one (section 4.3.1).
+
+        None in a world where the random policy is optimal.
+        """
+        span = self.optimal_return - self.random_return
+        return (policy_return - self.random_return) / span if span else None

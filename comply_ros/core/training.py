@@ -2,10 +2,11 @@
 """The same conversation in one process, as a compiled loop over many steps."""
 
 from collections import namedtuple
+from pickle import UnpicklingError
 
 import numpy as np
 
-from comply_ros.core.compiled import compiled, kernel
+from comply_ros.core.compiled import compiled, forget, kernel
 from comply_ros.core.draws import Draws, streams
 from comply_ros.core.grid import NO_ACTION
 from comply_ros.core.learning import choose, cool, DRAWS, learn
@@ -49,9 +50,12 @@ class Training:
         silence = np.full(len(world.terminal), NO_ACTION)
         self._advice = np.asarray(advice if method.needs_mentor() else silence, dtype=np.int8)
         self._numbers = method.numbers()
-        self._play = compiled(play)
         self.iterations_done = 0
-        self._compile()
+        try:
+            self._compile()
+        except (EOFError, ImportError, OSError, ValueError, UnpicklingError):  # a spoiled cache
+            forget()
+            self._compile()
 
     def iterate(self):
         """Play one mini-batch of episodes and return its `Iteration`."""
@@ -71,6 +75,7 @@ class Training:
 
     def _compile(self):
         """Play nothing at all, so that the first iteration need not wait for the compiler."""
+        self._play = compiled(play)
         self.returns, self.lengths = np.zeros(0), np.zeros(0, dtype=np.int64)
         self._play_a_block(False, np.array((0, -1, 0, 0)), np.zeros(2))
 

@@ -17,6 +17,9 @@ class World:
     successor: `successor[s, b]`, int32: where move b leads from s, -1 where there is no such move.
     reward: `reward[s, b]`, float64: what that move earns.
     terminal: `terminal[s]`, bool: True at a goal.
+    obstacle: `obstacle[s]`, bool.
+    free: `free[s]`, bool: True where an agent can come to stand and act. A free cell from which
+        no way leads to a goal is none: no way leads there from a start either.
     starts: int32: the states in which an episode can begin.
 
     """
@@ -26,6 +29,9 @@ class World:
         cells = np.frombuffer(grid.cells.encode(), dtype='S1')
         self.terminal = cells == GOAL.encode()
         self.obstacle = cells == OBSTACLE.encode()
+        self.free = np.zeros(len(cells), dtype=bool)
+        self.free[list(grid.arriving)] = True
+        self.free &= ~self.terminal
         self.starts = np.array(grid.starts, dtype=np.int32)
         self.successor = np.full((len(cells), len(STEPS)), -1, dtype=np.int32)
         self.reward = np.zeros((len(cells), len(STEPS)))
@@ -43,11 +49,6 @@ class World:
         earned = np.where(self.terminal[target], grid.goal_reward, grid.step_reward)
         self.reward[:, action] = np.where(bumps, grid.obstacle_reward, earned)
         self.successor[:, action] = np.where(exists, np.where(bumps, s, target), NO_ACTION)
-
-    @property
-    def free(self):
-        """`free[s]`, bool: True where an agent can stand and act."""
-        return ~(self.obstacle | self.terminal)
 
     @property
     def available(self):

@@ -31,6 +31,11 @@ class WorldActor:
         self._total = 0.0
         self.question = self._begin(episode=1)
 
+    def waits_for(self):
+        """Text of what this world needs before it can go on."""
+        return (f'an action in turn {turn(self.question)}: is a learner running, or has it '
+                'finished?')
+
     def hear_action(self, said):
         """
         Return the `StateReward` that follows (an `Episode` before it, if one ends).

@@ -4,9 +4,11 @@
 from concurrent.futures import as_completed, ThreadPoolExecutor
 import os
 import signal
+from threading import Event
 import time
 
 from comply_ros.core.method import MethodError
+from comply_ros.core.planning import Yardstick
 from comply_ros.core.training import Training
 from comply_ros.core.world import World
 from comply_ros.session.ending import end_session
@@ -31,6 +33,7 @@ def run(options):
     if count < 1:
         raise MethodError(f'seeds must be at least 1, got {count}')
     world = World(options.grid)
+    yardstick = Yardstick(world)  # before the learning: it finds maps without end
     with progress_bar() as bar:
         advice = make_mentor(options, world, bar)
         task = bar.add_task(options.method, total=count * options.row.iterations, now='')
@@ -40,7 +43,7 @@ def run(options):
             bar.update(task, advance=1, now=now)
         outcomes = train_all(options, world, advice, range(options.seed, options.seed + count),
                              tell)
-    end_session(options, advice, outcomes)
+    end_session(options, yardstick, advice, outcomes)
     return 0
 
 
@@ -57,22 +60,25 @@ def make_mentor(options, world, bar):
 
 def train_all(options, world, advice, seeds, tell):
     """Outcomes of all seeds, in their order; the compiled loops run on all cores at once."""
+    stop = Event()
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        jobs = [pool.submit(train_one, options, world, advice, seed, tell) for seed in seeds]
+        jobs = [pool.submit(train_one, options, world, advice, seed, tell, stop) for seed in seeds]
         try:
             for job in as_completed(jobs):
                 job.result()
         except BaseException:
+            stop.set()
             pool.shutdown(cancel_futures=True)
             raise
     return [job.result() for job in jobs]
 
 
-def train_one(options, world, advice, seed, tell):
+def train_one(options, world, advice, seed, tell, stop):
     """
     Return the outcome of one seed; tell is called with every `Iteration`.
 
-    What the first seed of the session learned is written to `learning.npz`.
+    What the first seed of the session learned is written to `learning.npz`. An `Event` that is
+    set stops it after the iteration, without an outcome.
     """
     training = Training(world, advice, options.row, seed)
     begin, returns, steps = time.perf_counter(), [], 0
@@ -81,6 +87,8 @@ def train_one(options, world, advice, seed, tell):
         returns.append(iteration.mean_return)
         steps += iteration.steps
         tell(iteration)
+        if stop.is_set():
+            return None
     seconds = time.perf_counter() - begin
     if seed == options.seed:
         save_learning(options.out / 'learning.npz', options.row, training.memory)

@@ -4,6 +4,8 @@
 from pathlib import Path
 import secrets
 
+from rcl_interfaces.msg import SetParametersResult
+
 from comply_ros.core.dialogue import Refused
 from comply_ros.core.grid import MapError
 from comply_ros.core.world_actor import WorldActor
@@ -12,6 +14,7 @@ from comply_ros.nodes.parameters import MAP, ParameterError, PROFILE, RATE, SEED
 from comply_ros.nodes.topics import ACTION, EPISODE, STATE, WORLD
 from comply_ros.session.maps import read_map
 
+SLOWEST = 0.001  # steps per second
 REPEAT = 1.0  # seconds after which an unanswered question is repeated
 
 
@@ -29,7 +32,8 @@ class GridWorld(ActorNode):
         self._held, self._timer = (), None
         self._repeated = None
         self.create_timer(REPEAT, self._repeat)
-        self.declare(RATE)
+        check_rate(self.declare(RATE))
+        self.add_on_set_parameters_callback(self._check_pace)
         self.add_post_set_parameters_callback(self._pace)
         self._pace([self.get_parameter('rate')])
         self.say((self.actor.description, self.actor.question))
@@ -41,6 +45,15 @@ class GridWorld(ActorNode):
             return utterances
         self._held = utterances
         return ()
+
+    def _check_pace(self, parameters):
+        try:
+            for parameter in parameters:
+                if parameter.name == 'rate':
+                    check_rate(parameter.value)
+        except ParameterError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
 
     def _pace(self, parameters):
         for parameter in parameters:
@@ -61,6 +74,19 @@ class GridWorld(ActorNode):
     def _say_held(self):
         held, self._held = self._held, ()
         self.say(held)
+
+
+def check_rate(rate):
+    """
+    Return if a rate can be kept.
+
+    Raises
+    ------
+    ParameterError: if it is so small that a step would take more than a quarter of an hour.
+
+    """
+    if 0.0 < rate < SLOWEST:
+        raise ParameterError(f'parameter rate must be 0.0 or at least {SLOWEST}, got {rate}')
 
 
 def main(argv):

@@ -74,6 +74,9 @@ class Learner(ActorNode):
         if self.actor.memory is None:
             response.message = 'nothing is learned before a world is known'
             return response
+        if not request.path:
+            response.message = 'the path of the file must be given, got an empty one'
+            return response
         try:
             save_learning(request.path, self.actor.method, self.actor.memory)
         except OSError as error:

@@ -17,6 +17,8 @@ from rclpy.signals import SignalHandlerOptions
 import yaml
 
 from comply_ros.core.method import FIELDS, MethodError
+from comply_ros.core.planning import Yardstick
+from comply_ros.core.world import World
 from comply_ros.nodes.processes import NodeDied, NodeProcess
 from comply_ros.nodes.topics import decoder, MENTOR_POLICY, PROGRESS, SAVE, WORLD
 from comply_ros.session.ending import end_session
@@ -25,6 +27,9 @@ from comply_ros.session.screen import progress_bar, words
 
 NODES = ('grid_world', 'mentor', 'learner')
 LOOK = 0.1  # seconds between looks at whether the nodes live
+DISCOVERY = 1.0  # seconds in which others on the same topics are found
+TAKEN = ('other nodes speak on the topics of this lesson: end them, or give this one a '
+         '--namespace of its own')
 
 
 class LessonFailed(RuntimeError):
@@ -57,14 +62,18 @@ class Observer(Node):
         self.create_subscription(topic.message, topic.name,
                                  lambda message: hear(decode(message)), topic.qos)
 
+    def rate(self, said):
+        """Return the steps per second up to a `Progress`, None where they cannot be told."""
+        return said.steps / (time.monotonic() - self.began) if self.began else None
+
     def save(self, path):
         """Ask the learner to write what it learned; return the future of its response."""
         return self._save.call_async(Save.Request(path=str(path)))
 
-    def others(self):
-        """Names of the topics of this lesson that more than one node speaks on."""
-        return [topic.name for topic in (WORLD, PROGRESS)
-                if len(self.get_publishers_info_by_topic(self.resolve_topic_name(topic.name))) > 1]
+    def speakers(self):
+        """Return the largest number of nodes that speak on one topic of a lesson."""
+        return max(len(self.get_publishers_info_by_topic(self.resolve_topic_name(topic.name)))
+                   for topic in (WORLD, PROGRESS))
 
     def _hear_world(self, said):
         self._described = True
@@ -81,7 +90,7 @@ class Observer(Node):
     def _hear_progress(self, said):
         if said.iteration != len(self.progress) + 1:
             raise LessonFailed(f'iteration {len(self.progress) + 1} must be reported next, '
-                               f'got iteration {said.iteration}')
+                               f'got iteration {said.iteration}: {TAKEN}')
         self.progress.append(said)
         self._on_progress(said)
 
@@ -122,7 +131,7 @@ def running(options):
     if options.rest.namespace:
         arguments += ['-r', f'__ns:=/{options.rest.namespace.strip("/")}']
     if options.rest.rate:
-        arguments += ['-p', f'rate:={options.rest.rate:f}']
+        arguments += ['-p', f'rate:={options.rest.rate!r}']
     started = []
     try:
         for name in NODES:
@@ -147,11 +156,12 @@ def main(argv):
 
 def run(options):
     """Hold the lesson, write the results, return the exit code."""
-    if not 0 <= options.rest.rate <= 1000:
-        raise MethodError(f'rate must lie in [0, 1000], got {options.rest.rate:g}')
+    if options.rest.rate and not 0.001 <= options.rest.rate <= 1000:
+        raise MethodError(f'rate must be 0 or lie in [0.001, 1000], got {options.rest.rate:g}')
     if not re.fullmatch(r'(/?[A-Za-z_]\w*)*', options.rest.namespace):
         raise MethodError('a namespace is made of letters, digits, _ and /, '
                           f'got {options.rest.namespace!r}')
+    yardstick = Yardstick(World(options.grid))  # before the learning: it finds maps without end
     signal.signal(signal.SIGINT, signal.default_int_handler)
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
@@ -162,36 +172,56 @@ def run(options):
         return 1
     finally:
         rclpy.try_shutdown()
-    end_session(options, advice, [outcome])
+    end_session(options, yardstick, advice, [outcome])
     return 0
 
 
 def hold(options):
     """Return the mentor's advice and the outcome of a lesson in three processes."""
-    executor = SingleThreadedExecutor()
-    with progress_bar() as bar, running(options) as processes:
-        task = bar.add_task(options.method, total=options.row.iterations, now='starting')
-
-        def tell(said):
-            rate = said.steps / (time.monotonic() - observer.began) if observer.began else None
-            bar.update(task, completed=said.iteration,
-                       now=words(said.mean_return, said.confidence, rate))
-        observer = Observer(options.rest.namespace, tell)
+    with progress_bar() as bar:
+        task = bar.add_task(options.method, total=options.row.iterations, now='looks around')
+        observer = Observer(options.rest.namespace, lambda said: bar.update(
+            task, completed=said.iteration,
+            now=words(said.mean_return, said.confidence, observer.rate(said))))
+        executor = SingleThreadedExecutor()
         executor.add_node(observer)
+        make_sure_to_be_alone(observer, executor)
+        bar.update(task, now='starts')
+        with running(options) as processes:
+            return watch(options, observer, executor, processes)
 
-        def spin_until(reached):
-            while not reached():
-                for process in processes:
-                    process.check()
-                if observer.others():
-                    raise LessonFailed('somebody else speaks on the topics of this lesson, '
-                                       f'{observer.others()}: give it a --namespace of its own')
-                executor.spin_once(timeout_sec=LOOK)
-        spin_until(lambda: observer.began)
-        spin_until(lambda: observer.progress and observer.progress[-1].finished)
-        seconds = time.monotonic() - observer.began
-        saved = observer.save((options.out / 'learning.npz').resolve())
-        spin_until(saved.done)
+
+def make_sure_to_be_alone(observer, executor):
+    """
+    Return if nobody holds a lesson on these topics; discovery gets a second to find out.
+
+    Raises
+    ------
+    LessonFailed: if somebody does.
+
+    """
+    end = time.monotonic() + DISCOVERY
+    while time.monotonic() < end:
+        executor.spin_once(timeout_sec=LOOK)
+        if observer.speakers() > 0:
+            raise LessonFailed(TAKEN)
+
+
+def watch(options, observer, executor, processes):
+    """Return the mentor's advice and the outcome, when the learner has finished and saved."""
+
+    def spin_until(reached):
+        while not reached():
+            for process in processes:
+                process.check()
+            if observer.speakers() > 1:
+                raise LessonFailed(TAKEN)
+            executor.spin_once(timeout_sec=LOOK)
+    spin_until(lambda: observer.began)
+    spin_until(lambda: observer.progress and observer.progress[-1].finished)
+    seconds = time.monotonic() - observer.began
+    saved = observer.save((options.out / 'learning.npz').resolve())
+    spin_until(saved.done)
     if not saved.result().success:
         raise LessonFailed(f'the learner could not save: {saved.result().message}')
     return observer.advice, {

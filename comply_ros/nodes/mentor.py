@@ -37,15 +37,17 @@ class Mentor(ActorNode):
     def hear_world(self, said):
         """Return the advice for a state that came early; begin to make a policy if one is due."""
         try:
-            if not self.actor.hear_world(said):
-                return (self._map_of_advice(said), *self.actor.hear_held())
+            is_new = self.actor.hear_world(said)
         except ValueError as error:
             return (Refused('not a world', f'a world must be whole: {error}'),)
+        self._described = said
+        if not is_new:  # known, and perhaps its policy is being generated already
+            known = self.actor.policy is not None
+            return (self._map_of_advice(said), *self.actor.hear_held()) if known else ()
         if is_slow(self._spec, self.actor.world, self._seed):
             self.get_logger().info('generating this mentor; it is remembered for the next start')
         self._generated = in_background(
             mentor_policy, self._spec, self.actor.world, self._seed)
-        self._described = said
         if self._poll is None:
             self._poll = self.create_timer(POLL, self._look)
         return ()
@@ -63,7 +65,9 @@ class Mentor(ActorNode):
         if not self._generated.done():
             return
         self.destroy_timer(self._poll)
-        self._poll = None
+        self._poll, self.mistake = None, self._generated.exception()
+        if self.mistake:
+            return
         utterances = self.actor.use(self._generated.result())
         self.get_logger().info(f'advises in world {self._described.name!r}')
         self.say((self._map_of_advice(self._described), *utterances))

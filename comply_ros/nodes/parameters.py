@@ -6,9 +6,8 @@ from typing import NamedTuple
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 
+from comply_ros.core.draws import SEED_LIMIT
 from comply_ros.core.method import FIELDS, METHODS
-
-SEED_LIMIT = 2 ** 53
 
 
 class ParameterError(ValueError):

@@ -33,7 +33,7 @@ class NodeProcess:
         self.name, self.log = name, Path(folder) / f'{name}.log'
         with self.log.open('wb') as output:
             self._process = subprocess.Popen(
-                [sys.executable, '-c', CHILD.format(name), '--ros-args', *arguments],
+                [sys.executable, '-P', '-c', CHILD.format(name), '--ros-args', *arguments],
                 stdout=output, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL,
                 start_new_session=True)  # Ctrl-C is for the lesson, which then ends its nodes
 

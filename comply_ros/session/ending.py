@@ -3,26 +3,24 @@
 
 import numpy as np
 
-from comply_ros.core.planning import Yardstick
 from comply_ros.core.policy import format_policy
-from comply_ros.core.world import World
 from comply_ros.session.pictures import draw_learning_curve, draw_trust_map
 from comply_ros.session.results import summarize, write_summary
 from comply_ros.session.screen import show_table
 
 
-def end_session(options, advice, outcomes):
+def end_session(options, yardstick, advice, outcomes):
     """
     Write and show what the runs of a session came to; return the summary.
 
     options: the `Options`.
+    yardstick: the `Yardstick` of its world.
     advice: `advice[s]` of the mentor.
     outcomes: one table for each seed, with `seed, returns, steps, wall_seconds, digest`;
         `learning.npz` of the first is already in the folder.
 
     """
-    world = World(options.grid)
-    yardstick = Yardstick(world)
+    world = yardstick.world
     has_mentor = options.spec.kind != 'none'
     mentor_return = yardstick.return_of(advice) if has_mentor else None
     singles = [summarize(options, yardstick, mentor_return, **each) for each in outcomes]

@@ -4,9 +4,9 @@
 import argparse
 from dataclasses import dataclass
 from pathlib import Path
-import re
 import sys
 
+from comply_ros.core.draws import SEED_LIMIT
 from comply_ros.core.grid import Grid, MapError
 from comply_ros.core.mentors import MentorError, Spec
 from comply_ros.core.method import find_method, Method, MethodError, METHODS, with_text
@@ -91,12 +91,12 @@ def check_options(given):
     if row.iterations == 0:
         raise MethodError('a session needs an end: iterations must be at least 1, got 0')
     for name in ('seed', 'mentor_seed'):
-        if getattr(given, name) < 0:
-            raise MethodError(f'{name} must be at least 0, got {getattr(given, name)}')
+        if not 0 <= getattr(given, name) <= SEED_LIMIT:
+            raise MethodError(f'{name} must lie in [0, {SEED_LIMIT}], got {getattr(given, name)}')
     grid, spec = read_map(given.map, given.profile), read_spec(given.mentor)
     if spec.kind == 'file':
         parse_policy(spec.value, World(grid))
-    mentor = re.sub(r'[^\w.]', '_', Path(given.mentor).stem if spec.kind == 'file' else given.mentor)
+    mentor = Path(given.mentor).stem if spec.kind == 'file' else given.mentor.replace(':', '_')
     name = f'{Path(given.map).stem}-{given.method}-{mentor}-{given.seed}'
     return Options(given.map, given.profile, given.method, given.mentor, given.mentor_seed,
                    given.seed, settings, grid, row, spec,
@@ -124,6 +124,10 @@ def main_with(parser, run, argv):
     except MISTAKES as mistake:
         print(f'{parser.prog}: {mistake}', file=sys.stderr)
         return 2
+    except OSError as error:
+        print(f'{parser.prog}: {error.filename}: {(error.strerror or str(error)).lower()}',
+              file=sys.stderr)
+        return 1
     except KeyboardInterrupt:
         print(f'{parser.prog}: interrupted', file=sys.stderr)
         return 130

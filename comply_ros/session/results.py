@@ -11,6 +11,8 @@ import numpy as np
 from comply_ros.core import metrics
 from comply_ros.core.compliance import confidences
 
+FILES = ('summary.json', 'learning.npz', 'learning_curve.png', 'trust_map.png', 'mentor.txt')
+
 
 class OutputError(ValueError):
     """An output folder that cannot be written; the message names it and the reason."""
@@ -29,10 +31,14 @@ def prepare_folder(path):
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
-            return folder
+            pass
     except OSError as error:
         raise OutputError(f'an output folder must be writable, got {str(path)!r} '
                           f'({error.strerror.lower()})') from None
+    for name in FILES:
+        if (folder / name).is_dir():
+            raise OutputError(f'a result must not have the name of a folder, got {folder / name}')
+    return folder
 
 
 def save_learning(path, method, memory):
@@ -44,15 +50,15 @@ def save_learning(path, method, memory):
     OSError: if it cannot be written; what was there stays.
 
     """
-    path = Path(path)
+    path = Path(path).expanduser()
     arrays = dict(zip(memory.__dataclass_fields__, memory.arrays()))
-    aside = tempfile.NamedTemporaryFile(dir=path.parent, suffix='.npz', delete=False)
+    aside = path.with_name(f'{path.name}.part')
     try:
-        with aside:
-            np.savez_compressed(aside, **arrays, confidence=np.array(confidences(method, memory)))
-        os.replace(aside.name, path)
+        with aside.open('wb') as file:
+            np.savez_compressed(file, **arrays, confidence=np.array(confidences(method, memory)))
+        os.replace(aside, path)
     except BaseException:
-        os.unlink(aside.name)
+        aside.unlink(missing_ok=True)
         raise
 
 

@@ -16,7 +16,7 @@ console = Console(stderr=True, highlight=False)
 
 
 def progress_bar():
-    """Return a `rich` progress bar, to be used in a `with`; `show` moves it."""
+    """Return a `rich` progress bar, to be used in a `with`."""
     return Progress(
         SpinnerColumn(), TextColumn('{task.description}'), BarColumn(bar_width=20),
         MofNCompleteColumn(), TextColumn('{task.fields[now]}'), TimeRemainingColumn(),
@@ -48,12 +48,16 @@ def show_table(summary, seeds, pictures):
         console.print(f'  {path}', soft_wrap=True)
 
 
+def _percent(optimality):
+    return '' if optimality is None else f', {optimality:.1%} optimal'
+
+
 def _rows(summary):
     returns, convergence = summary['return_per_iteration'], summary['time_to_convergence']
     yield 'optimal policy', f'{summary["optimal_return"]:.2f}', 'expected return of an episode'
     if summary['mentor_return'] is not None:
         yield ('mentor', f'{summary["mentor_return"]:.2f}',
-               f'{summary["mentor"]}, {summary["mentor_optimality"]:.1%} optimal')
+               summary['mentor'] + _percent(summary['mentor_optimality']))
     yield 'random policy', f'{summary["random_return"]:.2f}', ''
     yield 'learner, first', f'{returns[0]:.2f}', f'{summary["method"]}, mean of an iteration'
     yield 'learner, last', f'{returns[-1]:.2f}', f'iteration {len(returns)}'
