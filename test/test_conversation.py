@@ -248,6 +248,10 @@ def test_who_does_not_remember_waits_for_every_advice():
     assert len(actor.hear_recommendation(advice(step=1))) == 1
 
 
+def test_advice_for_the_goal_is_idle():
+    assert learner().hear_recommendation(advice(step=1, s=8, action=3)) == ()
+
+
 def test_no_advice_is_an_advice_of_its_own():
     actor = learner()
     actor.hear_state(state())

@@ -147,7 +147,8 @@ class LearnerActor:
         if not 0 <= said.state < states:
             return Refused('advice outside the grid', 'a recommendation must be for a state in '
                            f'[0, {states - 1}], got {said.state}')
-        if said.action != NO_ACTION and not (
+        takes = self.world.free[said.state]  # elsewhere advice is idle, whatever it is
+        if takes and said.action != NO_ACTION and not (
                 0 <= said.action < 4 and self.world.available[said.state, said.action]):
             return Refused('advice not available', 'a recommendation must be an action that the '
                            f'cell has, or {NO_ACTION}, got {said.action} in state {said.state}')
