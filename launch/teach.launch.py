@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Start the grid world, the mentor and the learner: `ros2 launch comply_ros teach.launch.py`."""
 
+from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
-
-from launch import LaunchDescription
 
 DEFAULT_FILE = PathJoinSubstitution([FindPackageShare('comply_ros'), 'config', 'teach.yaml'])
 # Name, default and meaning; an empty one leaves the parameter to the file, and to its default.

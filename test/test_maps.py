@@ -61,7 +61,7 @@ def test_a_file_is_a_map_too(tmp_path):
      "starts must be 'anywhere' or a list of [x, y], in whole numbers, got 'corner'"),
     ('0.8', 'often', "intended must be a number, got 'often'"),
     ('50', '5.5', 'step_limit must be a whole number, got 5.5'),
-    ('goal: 10', 'gaol: 10', "rewards must be a table of step, obstacle, goal, got "
+    ('goal: 10', 'gaol: 10', 'rewards must be a table of step, obstacle, goal, got '
      "{'step': -1, 'obstacle': -5, 'gaol': 10}"),
     (', obstacle: -5', '', "rewards need the key 'obstacle'"),
     ('starts', 'beginnings', 'a map has the keys intended, step_limit, rewards, profiles, starts, '

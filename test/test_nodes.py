@@ -161,7 +161,7 @@ def call(node, kind, name, **request):
      'got 1.5'),
     ('learner', 'method:=sarse', 'learner: parameter method must be one of sarsa, q_learning, '
      "constant, vanishing, beta_implicit, explicit, got 'sarse'"),
-    ('learner', 'trust:=blind', "learner: parameter trust must be one of none, scheduled, beta, "
+    ('learner', 'trust:=blind', 'learner: parameter trust must be one of none, scheduled, beta, '
      "explicit, got 'blind'"),
     ('learner', 'belief_listen:=-1.0', 'learner: belief_listen and belief_discard must be above 0 '
      'where trust is beta, got -1.0 and 2.0'),

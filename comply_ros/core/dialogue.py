@@ -4,7 +4,7 @@
 from math import isfinite
 from typing import NamedTuple
 
-from comply_ros.core.grid import Grid, OBSTACLE
+from comply_ros.core.grid import Grid, NO_ACTION, OBSTACLE
 
 
 class WorldDescription(NamedTuple):
@@ -148,6 +148,20 @@ def problem_of_state(said, world):
     if said.step > limit or said.truncated != (said.step == limit and not said.terminated):
         return Refused('wrong step', f'an episode must be truncated at step {limit} and nowhere '
                        f'else, got {said.truncated} at step {said.step}')
+    return None
+
+
+def problem_of_advice(said, world):
+    """`Refused` for a `Recommendation` that cannot be right in this world, or None."""
+    states = len(world.terminal)
+    if not 0 <= said.state < states:
+        return Refused('advice outside the grid', 'a recommendation must be for a state in '
+                       f'[0, {states - 1}], got {said.state}')
+    takes = world.free[said.state]  # elsewhere advice is idle, whatever it is
+    if takes and said.action != NO_ACTION and not (
+            0 <= said.action < 4 and world.available[said.state, said.action]):
+        return Refused('advice not available', 'a recommendation must be an action that the cell '
+                       f'has, or {NO_ACTION}, got {said.action} in state {said.state}')
     return None
 
 

@@ -5,6 +5,7 @@ from comply_ros.core.dialogue import (
     Action,
     grid_of,
     Notice,
+    problem_of_advice,
     problem_of_run,
     problem_of_state,
     Progress,
@@ -119,7 +120,7 @@ class LearnerActor:
         """Return the `Action` in the state that waited for this advice; else remember it."""
         if said.run != self._run:
             return self._hold(self.hear_recommendation, said, 'a recommendation')
-        problem = self._problem_of_advice(said)
+        problem = problem_of_advice(said, self.world)
         if problem:
             return (problem,)
         heard = self._heard.get(said.state)
@@ -141,18 +142,6 @@ class LearnerActor:
     def _refuse_held(self):
         early, self._early = self._early, {}
         return tuple(problem_of_run(said, self._run, what) for said, what in early.values())
-
-    def _problem_of_advice(self, said):
-        states = len(self.world.terminal)
-        if not 0 <= said.state < states:
-            return Refused('advice outside the grid', 'a recommendation must be for a state in '
-                           f'[0, {states - 1}], got {said.state}')
-        takes = self.world.free[said.state]  # elsewhere advice is idle, whatever it is
-        if takes and said.action != NO_ACTION and not (
-                0 <= said.action < 4 and self.world.available[said.state, said.action]):
-            return Refused('advice not available', 'a recommendation must be an action that the '
-                           f'cell has, or {NO_ACTION}, got {said.action} in state {said.state}')
-        return None
 
     def _problem_of_turn(self, said):
         """`Refused` for a question that cannot be the next one, or None."""

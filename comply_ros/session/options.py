@@ -114,8 +114,6 @@ def _changes(given):
             yield name, getattr(given, name)
 
 
-
-
 def main_with(parser, run, argv):
     """Parse a command line, run it, and return the exit code; a mistake is one line and 2."""
     given = parser.parse_args(argv[1:])
