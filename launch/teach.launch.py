@@ -38,7 +38,8 @@ def nodes(context):
     given = {name: LaunchConfiguration(name).perform(context) for name, _, _ in ARGUMENTS}
     started = []
     for name, arguments in NODES.items():
-        values = {each: ParameterValue(given[each], value_type=None if each == 'seed' else str)
+        values = {each: ParameterValue(LaunchConfiguration(each),
+                                       value_type=None if each == 'seed' else str)
                   for each in arguments if given[each]}
         started.append(Node(
             package='comply_ros', executable=name, name=name, namespace=given['namespace'],
