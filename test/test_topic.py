@@ -47,10 +47,13 @@ def test_echo_shows_what_is_latched_as_yaml(running):
     assert said['starts'] == list(grid.starts)
 
 
-def test_echo_cuts_long_arrays_unless_it_is_told_not_to(running):
-    assert run('topic', 'echo', '--once', 'trust').stdout.endswith("- 0.0\n- '...'\n---\n")
-    whole = run('topic', 'echo', '--once', '--full-length', 'trust').stdout
-    assert whole.count('- 0.0\n') == 121
+def test_echo_cuts_long_arrays_unless_it_is_told_not_to(tmp_path):
+    with nodes(tmp_path, grid_world=(), mentor=('-p', 'mentor:=none')) as started:
+        wait_until(log_has(started['mentor'], 'advises'), 'policy')
+        cut = run('topic', 'echo', '--once', 'mentor_policy').stdout
+        assert cut.count('- -1\n') == 128 and cut.endswith("- -1\n- '...'\n---\n")
+        whole = run('topic', 'echo', '--once', '--full-length', 'mentor_policy').stdout
+        assert whole.count('- -1\n') == 1681
 
 
 def test_echo_goes_on_until_ctrl_c(running):

@@ -3,8 +3,6 @@
 
 from concurrent.futures import as_completed, ThreadPoolExecutor
 import os
-import signal
-from threading import Event
 import time
 
 from comply_ros.core.method import MethodError
@@ -12,6 +10,7 @@ from comply_ros.core.planning import Yardstick
 from comply_ros.core.training import Training
 from comply_ros.core.world import World
 from comply_ros.session.ending import end_session
+from comply_ros.session.interrupts import check, interrupts
 from comply_ros.session.mentors import is_slow, mentor_policy
 from comply_ros.session.options import main_with, session_parser
 from comply_ros.session.results import save_learning
@@ -28,39 +27,40 @@ def main(argv):
 
 def run(options):
     """Train for every seed, write the results, return the exit code."""
-    signal.signal(signal.SIGINT, signal.default_int_handler)
     count = options.rest.seeds
     if count < 1:
         raise MethodError(f'seeds must be at least 1, got {count}')
     world = World(options.grid)
     yardstick = Yardstick(world)  # before the learning: it finds maps without end
-    with progress_bar() as bar:
-        advice = make_mentor(options, world, bar)
+    with interrupts() as stop, progress_bar() as bar:
+        advice = make_mentor(options, world, bar, stop)
         task = bar.add_task(options.method, total=count * options.row.iterations, now='')
 
         def tell(iteration):
             now = words(iteration.mean_return, iteration.confidence) if count == 1 else ''
             bar.update(task, advance=1, now=now)
         outcomes = train_all(options, world, advice, range(options.seed, options.seed + count),
-                             tell)
+                             tell, stop)
     end_session(options, yardstick, advice, outcomes)
     return 0
 
 
-def make_mentor(options, world, bar):
+def make_mentor(options, world, bar, stop):
     """Return `advice[s]`; a mentor that takes long to make has a progress bar of its own."""
     if not is_slow(options.spec, world, options.mentor_seed):
         return mentor_policy(options.spec, world, options.mentor_seed)
     task = bar.add_task(f'mentor {options.mentor}', total=100, now='generated once')
-    advice = mentor_policy(options.spec, world, options.mentor_seed,
-                           lambda share: bar.update(task, completed=round(100 * share)))
+
+    def tell(share):
+        check(stop)
+        bar.update(task, completed=round(100 * share))
+    advice = mentor_policy(options.spec, world, options.mentor_seed, tell)
     bar.update(task, completed=100)
     return advice
 
 
-def train_all(options, world, advice, seeds, tell):
+def train_all(options, world, advice, seeds, tell, stop):
     """Outcomes of all seeds, in their order; the compiled loops run on all cores at once."""
-    stop = Event()
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         jobs = [pool.submit(train_one, options, world, advice, seed, tell, stop) for seed in seeds]
         try:
@@ -70,6 +70,7 @@ def train_all(options, world, advice, seeds, tell):
             stop.set()
             pool.shutdown(cancel_futures=True)
             raise
+    check(stop)
     return [job.result() for job in jobs]
 
 

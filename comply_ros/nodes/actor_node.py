@@ -15,6 +15,7 @@ from rclpy.signals import SignalHandlerOptions
 from comply_ros.core.dialogue import Notice, Refused
 from comply_ros.nodes.parameters import declare, unknown_overrides
 from comply_ros.nodes.topics import decoder, encoder
+from comply_ros.session.interrupts import interrupts
 
 LOOK = 0.1  # seconds between looks at whether there was a Ctrl-C
 PATIENCE = 3  # seconds of waiting after which a node says for what
@@ -92,19 +93,17 @@ def run_node(make_node, argv, mistakes):
     mistakes: exception types whose message is for the user: printed on one line, exit code 2.
 
     """
-    interrupts = []  # no exception in the middle of a callback: the loop looks here
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: interrupts.append(_))
     try:
-        _init(argv)
-        _spin(make_node(), interrupts)
+        with interrupts() as stop:
+            _init(argv)
+            _spin(make_node(), stop)
     except (CommandLineError, *mistakes) as mistake:
         print(f'{Path(argv[0]).name}: {mistake}', file=sys.stderr)
         return 2
     finally:
-        rclpy.try_shutdown()
         for number in (signal.SIGINT, signal.SIGTERM):  # a second one finds nothing to interrupt
             signal.signal(number, signal.SIG_IGN)
+        rclpy.try_shutdown()
     return 0
 
 
@@ -122,11 +121,11 @@ def _init(argv):
             f'the arguments after --ros-args must be known and valid: {reason}') from None
 
 
-def _spin(node, interrupts):
+def _spin(node, stop):
     executor = EventsExecutor()
     executor.add_node(node)
     node.get_logger().info('ready')
-    while rclpy.ok() and not interrupts:
+    while rclpy.ok() and not stop.is_set():
         executor.spin_once(timeout_sec=LOOK)  # spin() of the wheels turns in circles when idle
         if node.mistake:
             raise node.mistake

@@ -4,7 +4,6 @@
 from contextlib import contextmanager
 from pathlib import Path
 import re
-import signal
 import sys
 import time
 
@@ -19,6 +18,7 @@ from comply_ros.core.world import World
 from comply_ros.nodes.observer import LessonFailed, Observer, TAKEN
 from comply_ros.nodes.processes import NodeDied, NodeProcess
 from comply_ros.session.ending import end_session
+from comply_ros.session.interrupts import check, interrupts
 from comply_ros.session.options import main_with, session_parser
 from comply_ros.session.screen import progress_bar, words
 
@@ -94,11 +94,10 @@ def run(options):
         raise MethodError('a namespace is made of letters, digits, _ and /, '
                           f'got {options.rest.namespace!r}')
     yardstick = Yardstick(World(options.grid))  # before the learning: it finds maps without end
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     try:
-        advice, outcome = hold(options)
+        with interrupts() as stop:
+            advice, outcome = hold(options, stop)
     except (NodeDied, LessonFailed) as failure:
         print(f'lesson: {failure}', file=sys.stderr)
         return 1
@@ -108,7 +107,7 @@ def run(options):
     return 0
 
 
-def hold(options):
+def hold(options, stop):
     """Return the mentor's advice and the outcome of a lesson in three processes."""
     with progress_bar() as bar:
         task = bar.add_task(options.method, total=options.row.iterations, now='looks around')
@@ -117,13 +116,13 @@ def hold(options):
             now=words(said.mean_return, said.confidence, observer.rate(said))))
         executor = SingleThreadedExecutor()
         executor.add_node(observer)
-        make_sure_to_be_alone(observer, executor)
+        make_sure_to_be_alone(observer, executor, stop)
         bar.update(task, now='starts')
         with running(options) as processes:
-            return watch(options, observer, executor, processes)
+            return watch(options, observer, executor, processes, stop)
 
 
-def make_sure_to_be_alone(observer, executor):
+def make_sure_to_be_alone(observer, executor, stop):
     """
     Return if nobody holds a lesson on these topics; discovery gets a second to find out.
 
@@ -135,15 +134,17 @@ def make_sure_to_be_alone(observer, executor):
     end = time.monotonic() + DISCOVERY
     while time.monotonic() < end:
         executor.spin_once(timeout_sec=LOOK)
+        check(stop)
         if observer.speakers() > 0:
             raise LessonFailed(TAKEN)
 
 
-def watch(options, observer, executor, processes):
+def watch(options, observer, executor, processes, stop):
     """Return the mentor's advice and the outcome, when the learner has finished and saved."""
 
     def spin_until(reached):
         while not reached():
+            check(stop)
             for process in processes:
                 process.check()
             if observer.speakers() > 1:

@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Ctrl-C as a question that is asked between two steps, not as an exception in the middle."""
+
+from contextlib import contextmanager
+import signal
+from threading import Event
+
+
+@contextmanager
+def interrupts():
+    """
+    Give an `Event` that Ctrl-C and SIGTERM set while the block runs.
+
+    A KeyboardInterrupt can come up inside a callback that swallows it; this cannot.
+    """
+    stop = Event()
+    before = {number: signal.signal(number, lambda *_: stop.set())
+              for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield stop
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def check(stop):
+    """
+    Return if nobody wants to stop.
+
+    Raises
+    ------
+    KeyboardInterrupt: if the event is set.
+
+    """
+    if stop.is_set():
+        raise KeyboardInterrupt
