@@ -2,9 +2,12 @@
 """`lesson`: the three nodes as processes, started, watched, and ended with their results."""
 
 from contextlib import contextmanager
+import fcntl
+import os
 from pathlib import Path
 import re
 import sys
+import tempfile
 import time
 
 import rclpy
@@ -96,7 +99,7 @@ def run(options):
     yardstick = Yardstick(World(options.grid))  # before the learning: it finds maps without end
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     try:
-        with interrupts() as stop:
+        with interrupts() as stop, topics_held(options.rest.namespace):
             advice, outcome = hold(options, stop)
     except (NodeDied, LessonFailed) as failure:
         print(f'lesson: {failure}', file=sys.stderr)
@@ -122,9 +125,28 @@ def hold(options, stop):
             return watch(options, observer, executor, processes, stop)
 
 
+@contextmanager
+def topics_held(namespace):
+    """
+    Hold the topics of a ROS domain and namespace for one lesson on this machine.
+
+    Raises
+    ------
+    LessonFailed: if another lesson of this user holds them.
+
+    """
+    place = f'{os.getuid()}-{os.environ.get("ROS_DOMAIN_ID") or 0}-{namespace.replace("/", "_")}'
+    with open(Path(tempfile.gettempdir()) / f'comply_ros-lesson-{place}.lock', 'w') as lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise LessonFailed(TAKEN) from None
+        yield
+
+
 def make_sure_to_be_alone(observer, executor, stop):
     """
-    Return if nobody holds a lesson on these topics; discovery gets a second to find out.
+    Return if nobody is found to speak on these topics; discovery gets a second for it.
 
     Raises
     ------
