@@ -12,13 +12,13 @@ from comply_ros.core.compliance import (
     confidences,
     highest_but,
     listen_temperature,
-    listening_lead,
     NOTHING,
     sigmoid,
     update_belief,
 )
 from comply_ros.core.grid import DOWN, RIGHT, UP
 from comply_ros.core.memory import CONFIDENCE, DISCARD, LISTEN
+from comply_ros.core.method import listening_lead
 
 
 def p_of(as_run, bench, s=4):

@@ -5,10 +5,10 @@ from dataclasses import fields
 
 import pytest
 
-from comply_ros.core.compliance import listening_lead
 from comply_ros.core.method import (
     FIELDS,
     find_method,
+    listening_lead,
     Method,
     MethodError,
     METHODS,

@@ -194,7 +194,7 @@ def test_what_is_no_ros_argument_is_refused():
     ('grid_world', 'waits for an action in turn (1, 0): is a learner running, or has it ')])
 def test_a_node_that_waits_says_for_what(tmp_path, name, what):
     with nodes(tmp_path, **{name: ()}) as started:
-        wait_until(log_has(started[name], what), what)
+        assert wait_until(log_has(started[name], what), what)
 
 
 def test_a_world_that_comes_back_while_its_mentor_is_made_is_served(tmp_path, monkeypatch):
@@ -215,7 +215,7 @@ def test_a_world_that_is_killed_and_comes_back_is_learned_on(tmp_path):
             os.kill(world['grid_world'].pid, signal.SIGKILL)
         with nodes(tmp_path / 'second', grid_world=SMALL):
             wait_until(log_has(started['learner'], 'goes on in world'), 'going on')
-            digest_of(started['learner'])
+            assert digest_of(started['learner'])
 
 
 def test_wrong_ros_arguments_are_one_sentence():
@@ -227,8 +227,8 @@ def test_wrong_ros_arguments_are_one_sentence():
 
 def test_an_unknown_parameter_is_warned_of(tmp_path):
     with nodes(tmp_path, learner=('-p', 'temprature:=1.0')) as started:
-        wait_until(log_has(started['learner'], "parameter 'temprature' is unknown and has no "
-                                               'effect'), 'warning')
+        warning = "parameter 'temprature' is unknown and has no effect"
+        assert wait_until(log_has(started['learner'], warning), warning)
 
 
 def test_a_policy_that_does_not_fit_ends_the_mentor_with_one_line(tmp_path):

@@ -109,11 +109,6 @@ def sigmoid(x):
     return math.exp(x) / (1.0 + math.exp(x))
 
 
-def listening_lead(p, temperature):
-    """First value of listening over discarding that makes p the confidence (3.13)."""
-    return temperature * math.log(p / (1.0 - p))
-
-
 def confidences(method, memory):
     """`p[s]` in every state: list of floats; 0 where nobody is trusted."""
     numbers, (_, _, belief, arrivals, schedule) = method.numbers(), memory.views()

@@ -153,6 +153,11 @@ def find_method(name, profile):
     return METHODS[profile][name]
 
 
+def listening_lead(p, temperature):
+    """First value of listening over discarding that makes p the confidence (3.13)."""
+    return temperature * log(p / (1.0 - p))
+
+
 def _published(**settings):
     return Method(temperature_floor=0.03, measuring_iterations=1, **settings)
 
@@ -191,7 +196,7 @@ REPORT = {
         PUBLISHED['beta_implicit'], sign_only=False, bounded_belief=False,
         trust_rate=0.3),  # of the order of the prior (section 4.1.1): larger ones run away
     'explicit': _as_the_text_says(
-        PUBLISHED['explicit'], updates_both=True, belief_listen=0.5 * log(9.0)),  # (3.13), p 0.9
+        PUBLISHED['explicit'], updates_both=True, belief_listen=listening_lead(0.9, 0.5)),
 }
 
 METHODS = {'report': REPORT, 'published': PUBLISHED}

@@ -10,11 +10,10 @@ from comply_ros.core.dialogue import Refused
 from comply_ros.core.grid import MapError
 from comply_ros.core.world_actor import WorldActor
 from comply_ros.nodes.actor_node import ActorNode, run_node
-from comply_ros.nodes.parameters import MAP, ParameterError, PROFILE, RATE, SEED
+from comply_ros.nodes.parameters import MAP, ParameterError, PROFILE, RATE, SEED, SLOWEST
 from comply_ros.nodes.topics import ACTION, EPISODE, STATE, WORLD
 from comply_ros.session.maps import read_map
 
-SLOWEST = 0.001  # steps per second
 REPEAT = 1.0  # seconds after which an unanswered question is repeated
 
 

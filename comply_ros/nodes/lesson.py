@@ -19,6 +19,7 @@ from comply_ros.core.method import FIELDS, MethodError
 from comply_ros.core.planning import Yardstick
 from comply_ros.core.world import World
 from comply_ros.nodes.observer import LessonFailed, Observer, TAKEN
+from comply_ros.nodes.parameters import FASTEST, SLOWEST
 from comply_ros.nodes.processes import NodeDied, NodeProcess
 from comply_ros.session.ending import end_session
 from comply_ros.session.interrupts import check, interrupts
@@ -91,8 +92,9 @@ def main(argv):
 
 def run(options):
     """Hold the lesson, write the results, return the exit code."""
-    if options.rest.rate and not 0.001 <= options.rest.rate <= 1000:
-        raise MethodError(f'rate must be 0 or lie in [0.001, 1000], got {options.rest.rate:g}')
+    if options.rest.rate and not SLOWEST <= options.rest.rate <= FASTEST:
+        raise MethodError(f'rate must be 0 or lie in [{SLOWEST}, {FASTEST}], '
+                          f'got {options.rest.rate:g}')
     if not re.fullmatch(r'(/?[A-Za-z_]\w*)*', options.rest.namespace):
         raise MethodError('a namespace is made of letters, digits, _ and /, '
                           f'got {options.rest.namespace!r}')

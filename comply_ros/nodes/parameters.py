@@ -38,8 +38,9 @@ PROFILE = Parameter(
     'profile', 'published', 'Settings of the text of the report, or of the runs behind its '
     'figures', choices=tuple(METHODS))
 SEED = Parameter('seed', 0, 'Seed of the random numbers', 0, SEED_LIMIT)
+SLOWEST, FASTEST = 0.001, 1000  # steps per second that a world can be slowed down to
 RATE = Parameter(
-    'rate', 0.0, 'Steps per second; 0: as fast as the loop goes', 0, 1000, changes=True)
+    'rate', 0.0, 'Steps per second; 0: as fast as the loop goes', 0, FASTEST, changes=True)
 METHOD = Parameter(
     'method', 'beta_implicit', 'How to learn; sets the defaults of the parameters below',
     choices=tuple(METHODS['published']))
