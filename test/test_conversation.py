@@ -6,7 +6,7 @@ from itertools import permutations, product
 import random
 
 import pytest
-from test_method import ROWS
+from test_methods import ROWS
 from worlds import grid
 
 from comply_ros.core.dialogue import (
@@ -24,7 +24,7 @@ from comply_ros.core.grid import MapError
 from comply_ros.core.learner_actor import LearnerActor
 from comply_ros.core.mentor_actor import MentorActor
 from comply_ros.core.mentors import noisy_policy
-from comply_ros.core.method import find_method, METHODS
+from comply_ros.core.methods import find_method, METHODS
 from comply_ros.core.training import Training
 from comply_ros.core.world import World
 from comply_ros.core.world_actor import WorldActor

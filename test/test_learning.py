@@ -7,7 +7,7 @@ from worlds import Bench, corridor, room
 
 from comply_ros.core.grid import DOWN, LEFT, RIGHT, UP
 from comply_ros.core.learning import choose, cool, drawn, learn, learning_rate, softmax_action
-from comply_ros.core.memory import CONFIDENCE, TEMPERATURE
+from comply_ros.core.memory import BEST_RETURN, CONFIDENCE, STAGE, TEMPERATURE, TRUST_RATE
 
 HALF = {'learning_rate': 0.5, 'learning_rate_exponent': 1.0, 'discount': 0.9}
 
@@ -117,7 +117,7 @@ def test_the_advice_is_followed_with_probability_p(as_run, u_listen, excludes, a
                   temperature=1e-9)
     bench.memory.q[4] = [1.0, 0.0, 2.0, 0.5]
     assert as_run(choose)(
-        4, DOWN, u_listen, 0.5, bench.numbers, *bench.arrays) == (action, 0.9)
+        4, DOWN, 0, u_listen, 0.5, bench.numbers, *bench.arrays) == (action, 0.9)
 
 
 @pytest.mark.parametrize('settings, advice', [
@@ -125,13 +125,13 @@ def test_the_advice_is_followed_with_probability_p(as_run, u_listen, excludes, a
 def test_without_advice_or_trust_the_choice_is_its_own(as_run, settings, advice):
     bench = Bench(room(), temperature=1e-9, **settings)
     bench.memory.q[4] = [1.0, 0.0, 2.0, 0.5]
-    assert as_run(choose)(4, advice, 0.0, 0.5, bench.numbers, *bench.arrays) == (DOWN, 0.0)
+    assert as_run(choose)(4, advice, 0, 0.0, 0.5, bench.numbers, *bench.arrays) == (DOWN, 0.0)
 
 
 def test_an_iteration_cools(as_run):  # (2.25), (3.6)
     bench = Bench(room(), temperature=0.5, temperature_factor=0.98, confidence=0.9,
                   confidence_factor=0.99)
-    as_run(cool)(bench.numbers, bench.memory.schedule)
+    as_run(cool)(0.0, bench.numbers, bench.memory.schedule)
     assert bench.memory.schedule[CONFIDENCE] == pytest.approx(0.891)
     assert bench.memory.schedule[TEMPERATURE] == pytest.approx(0.49)
 
@@ -141,7 +141,7 @@ def test_the_temperature_has_a_floor_and_may_wait_for_the_confidence(as_run):
                   confidence=0.9, confidence_factor=0.7, cooling_confidence=0.5)
     seen = []
     for _ in range(3):  # confidence 0.63, 0.441, 0.3087
-        as_run(cool)(bench.numbers, bench.memory.schedule)
+        as_run(cool)(0.0, bench.numbers, bench.memory.schedule)
         seen.append(bench.memory.schedule[TEMPERATURE])
     assert seen == [0.5, 0.3, 0.3]
 
@@ -149,5 +149,50 @@ def test_the_temperature_has_a_floor_and_may_wait_for_the_confidence(as_run):
 def test_the_temperature_falls_as_soon_as_the_confidence_is_low_enough(as_run):
     bench = Bench(room(), temperature=0.5, temperature_factor=0.5, confidence=1.0,
                   confidence_factor=0.5, cooling_confidence=0.5)
-    as_run(cool)(bench.numbers, bench.memory.schedule)
-    assert bench.memory.schedule.tolist() == [0.5, 0.25]
+    as_run(cool)(0.0, bench.numbers, bench.memory.schedule)
+    assert bench.memory.schedule[:2].tolist() == [0.5, 0.25]
+
+
+def test_an_iteration_lowers_the_trust_rate(as_run):
+    bench = Bench(room(), trust_rate=2.0, trust_rate_factor=0.99)
+    as_run(cool)(0.0, bench.numbers, bench.memory.schedule)
+    assert bench.memory.schedule[TRUST_RATE] == pytest.approx(1.98)
+
+
+def test_a_jump_start_gets_shorter_when_the_return_is_near_the_best(as_run):
+    bench, stages = Bench(room(), guided_tolerance=0.1), []
+    for mean_return in (-10.0, -10.9, -11.1, -5.0, -5.6):  # bounds: none, -11, -11, -11, -5.5
+        as_run(cool)(mean_return, bench.numbers, bench.memory.schedule)
+        stages.append(bench.memory.schedule[STAGE])
+    assert stages == [1.0, 2.0, 2.0, 3.0, 3.0]
+    assert bench.memory.schedule[BEST_RETURN] == -5.0
+
+
+def test_an_error_reaches_the_steps_before(as_run):  # the pseudo-code of Sarsa(lambda)
+    # Three steps 3 -> 4 -> 5 of one episode: q 0, rate 0.5, gamma 0.9, lambda 0.5, r = -1.
+    bench = Bench(room(), trace_decay=0.5, **HALF)
+    for s, s2 in ((3, 4), (4, 5)):
+        as_run(learn)(s, RIGHT, -1.0, s2, UP, False, -1, bench.numbers, *bench.arrays)
+    # the second error of -1 reaches 3 with the trace 0.9 * 0.5: -0.5 - 0.5 * 0.45
+    assert bench.memory.q[[3, 4], RIGHT].tolist() == pytest.approx([-0.725, -0.5])
+    assert bench.memory.traces[[3, 4], RIGHT].tolist() == pytest.approx([0.2025, 0.45])
+
+
+def watkins(as_run, a2, **settings):
+    """Return the traces after a step from 4 to the right, before action a2, q[5] as in `step`."""
+    bench = Bench(room(), trace_decay=0.5, off_policy=True, **settings, **HALF)
+    bench.memory.q[5] = [1.0, -np.inf, 6.0, 4.0]
+    as_run(learn)(4, RIGHT, -1.0, 5, a2, False, -1, bench.numbers, *bench.arrays)
+    assert bench.memory.q[4, RIGHT] == pytest.approx(0.5 * (-1.0 + 0.9 * 6.0))  # (2.17)
+    return bench.memory.traces.sum()
+
+
+def test_watkins_cuts_the_traces_before_an_action_that_is_not_greedy(as_run):
+    assert watkins(as_run, DOWN) == pytest.approx(0.45)
+    assert watkins(as_run, UP) == 0.0
+    assert watkins(as_run, UP, cuts_traces=False) == pytest.approx(0.45)
+
+
+def test_on_policy_no_trace_is_cut(as_run):
+    bench = Bench(room(), trace_decay=0.5, **HALF)
+    assert step(as_run, bench).traces[4, RIGHT] == pytest.approx(0.45)

@@ -16,7 +16,7 @@ from comply_ros.nodes.processes import START
 
 pytestmark = pytest.mark.usefixtures('domain')
 
-# Iterations that make at least 20,000 steps on `maze` with half a mentor.
+# Iterations that make at least 20,000 steps on `maze` with half a mentor: one row of each kind.
 LONG = {'sarsa': 5, 'q_learning': 8, 'constant': 6, 'vanishing': 6, 'beta_implicit': 12,
         'explicit': 10}
 SMALL = ('--map', 'bar_grid', '--mentor', 'noisy:0.3', '--iterations', '3', '--episodes', '5')

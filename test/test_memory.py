@@ -15,7 +15,7 @@ def test_a_fresh_memory_knows_which_actions_there_are():
     inf = float('inf')
     assert memory.q.tolist() == [[-inf, 3, -inf, -inf], [3, 3, -inf, -inf], [3, -inf, -inf, -inf]]
     assert memory.belief.tolist() == [[8.0, 2.0]] * 3
-    assert memory.schedule.tolist() == [0.9, 1.0]
+    assert memory.schedule.tolist() == [0.9, 1.0, 1.0, 0.0, -np.inf]
 
 
 def test_the_digest_is_over_all_arrays_in_order_little_endian():

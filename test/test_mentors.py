@@ -26,7 +26,9 @@ def optimality(text, seed=0):
 
 @pytest.mark.parametrize('text, spec', [
     ('optimal', Spec('optimal')), ('none', Spec('none')), ('noisy:0.2', Spec('noisy', 0.2)),
-    ('snapshot:0.75', Spec('snapshot', 0.75)), ('file:a:b.txt', Spec('file', 'a:b.txt'))])
+    ('snapshot:0.75', Spec('snapshot', 0.75)), ('file:a:b.txt', Spec('file', 'a:b.txt')),
+    ('snapshot:0.75@0.2', Spec('snapshot', 0.75, 0.2)), ('optimal@1', Spec('optimal')),
+    ('file:a@0.5', Spec('file', 'a', 0.5)), ('file:a@b.txt', Spec('file', 'a@b.txt'))])
 def test_a_mentor_is_written_as_kind_and_value(text, spec):
     assert parse_spec(text) == spec
 
@@ -39,6 +41,8 @@ def test_a_mentor_is_written_as_kind_and_value(text, spec):
     ('file:', "this mentor is written file:PATH, got 'file:'"),
     ('noisy:1.5', "the P of noisy:P must lie in [0, 1], got '1.5'"),
     ('noisy:much', "the P of noisy:P must be a number, got 'much'"),
+    ('optimal@2', "the coverage of MENTOR@COVERAGE must lie in [0, 1], got '2'"),
+    ('optimal@', "the coverage of MENTOR@COVERAGE must be a number, got ''"),
     ('snapshot:nan', "the Q of snapshot:Q must lie in [0, 1], got 'nan'")])
 def test_a_mentor_that_does_not_exist_is_refused(text, message):
     with pytest.raises(MentorError) as error:
@@ -48,6 +52,16 @@ def test_a_mentor_that_does_not_exist_is_refused(text, message):
 
 def test_the_adversary_takes_the_worst_action():  # in `..G`: left, away from the goal
     assert make_policy(Spec('adversarial'), corridor(), 0).tolist() == [1, 0, -1]
+
+
+def test_a_sparse_mentor_has_advice_in_a_share_of_the_states_by_seed():
+    best = optimal_policy(FREE_GRID)
+    one, same, other = (mentor_policy(read_spec('optimal@0.25'), FREE_GRID, seed)
+                        for seed in (0, 0, 1))
+    assert (one != -1).sum() == (other != -1).sum() == 30  # of 120 free cells
+    assert (one == same).all() and (one != other).any()
+    assert (one[one != -1] == best[one != -1]).all()
+    assert (mentor_policy(read_spec('optimal@0'), FREE_GRID, 0) == -1).all()
 
 
 def test_noise_spoils_a_share_of_the_states():

@@ -20,7 +20,8 @@ import pytest
 import rclpy
 from rclpy.node import Node
 
-from comply_ros.core.method import FIELDS, find_method
+from comply_ros.core.method import FIELDS
+from comply_ros.core.methods import find_method
 from comply_ros.core.training import Training
 from comply_ros.core.world import World
 from comply_ros.nodes import parameters, topics

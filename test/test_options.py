@@ -12,7 +12,7 @@ import time
 import numpy as np
 import pytest
 
-from comply_ros.core.method import METHODS
+from comply_ros.core.methods import METHODS
 from comply_ros.core.policy import parse_policy
 from comply_ros.core.world import World
 from comply_ros.experiments import train
@@ -141,7 +141,8 @@ def test_a_summary_holds_what_is_promised(tmp_path):
     assert len(summary['return_per_iteration']) == 3
     assert summary['final_return'] == summary['return_per_iteration'][-1]
     assert summary['regret'] == pytest.approx(
-        sum(summary['optimal_return'] - value for value in summary['return_per_iteration']))
+        sum(summary['optimal_return'] - value for value in summary['return_per_iteration'][1:]))
+    assert summary['measuring_iterations'] == 1  # of the published runs, and not counted
     assert len(summary['digest']) == 64
     assert summary['random_return'] < summary['mentor_return'] < summary['optimal_return']
 
@@ -150,7 +151,8 @@ def test_what_was_learned_is_in_the_file(tmp_path):
     run(tmp_path)
     with np.load(tmp_path / 'learning.npz') as learned:
         assert learned['q'].shape == (121, 4)
-        assert set(learned) == {'q', 'visits', 'belief', 'arrivals', 'schedule', 'confidence'}
+        assert set(learned) == {'q', 'visits', 'belief', 'arrivals', 'schedule', 'traces',
+                                'trail', 'confidence'}
         assert ((0 <= learned['confidence']) & (learned['confidence'] <= 1)).all()
     world = World(read_map('bar_grid', 'published'))
     assert parse_policy((tmp_path / 'mentor.txt').read_text(), world).shape == (121,)

@@ -10,7 +10,8 @@ import pytest
 import yaml
 
 from comply_ros import entry
-from comply_ros.core.method import FIELDS, METHODS
+from comply_ros.core.method import FIELDS
+from comply_ros.core.methods import METHODS
 
 TOP = Path(__file__).parents[1]
 KNOWN = {'grid_world': {'map', 'profile', 'seed', 'rate'}, 'mentor': {'mentor', 'seed'},

@@ -13,7 +13,10 @@ from comply_ros.core.planning import (
     optimal_policy,
     optimal_values,
     probabilities,
+    sweeps_until,
     uniform_probabilities,
+    value_iteration,
+    values_of,
     Yardstick,
 )
 from comply_ros.core.world import World
@@ -97,3 +100,22 @@ def test_returns_count_the_step_limit_and_obstacles():
     world = World(grid('.#', '.G', starts=(0,), limit=3, intended=1.0))
     pi = probabilities(world, np.array([UP, -1, RIGHT, -1], dtype=np.int8))
     assert expected_return(world, pi) == pytest.approx(-1 - 5 - 5)
+
+
+def test_value_iteration_stops_when_little_changes():  # (2.23): below 0.1 % of the first change
+    assert sweeps_until(0.001, [10.0, 1.0, 0.011, 0.009, 0.0]) == 4
+    assert sweeps_until(0.001, [10.0, 1.0]) is None
+
+
+def test_value_iteration_yields_every_sweep():  # (2.14) in `..G`: 10*0.8 - 0.2, then -1 + 7.8
+    sweeps = value_iteration(corridor())
+    values, change = next(sweeps)
+    assert values.tolist() == pytest.approx([-1.0, 7.8, 0.0]) and change == pytest.approx(7.8)
+    values, change = next(sweeps)
+    assert values.tolist() == pytest.approx([6.8, 7.6, 0.0]) and change == pytest.approx(7.8)
+
+
+def test_the_value_of_a_policy_in_every_state():  # one step, right: -1 from 0, 7.8 from 1
+    world = corridor(limit=1)
+    pi = probabilities(world, np.array([RIGHT, RIGHT, -1]))
+    assert values_of(world, pi).tolist() == pytest.approx([-1.0, 7.8, 0.0])

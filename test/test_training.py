@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from test_method import ROWS
+from test_methods import ROWS
 from worlds import room
 
 from comply_ros.core import training
-from comply_ros.core.method import find_method, METHODS
+from comply_ros.core.methods import find_method, METHODS
 from comply_ros.core.planning import optimal_policy
 from comply_ros.core.training import Training
 from comply_ros.core.world import World

@@ -4,27 +4,42 @@
 import math
 
 from comply_ros.core.compiled import kernel
-from comply_ros.core.memory import CONFIDENCE, DISCARD, LISTEN
-from comply_ros.core.method import BETA, EXPLICIT, SCHEDULED
+from comply_ros.core.memory import (
+    CONFIDENCE,
+    DISCARD,
+    LISTEN,
+    STAGE,
+    TEMPERATURE,
+    TRUST_RATE,
+)
+from comply_ros.core.method import BETA, EXPLICIT, JUMP_START, SCHEDULED, SHAPING
 
 NOTHING = -1e308  # below every action value of an action that the cell has
 
 
 @kernel
-def confidence(s, method, belief, arrivals, schedule):
-    """Probability of following the mentor in state s: p of (3.2), by (3.6), (3.7) or (3.11)."""
+def confidence(s, advice, step, method, q, belief, arrivals, schedule):
+    """
+    Probability of following the mentor in state s: p of (3.2), by (3.6), (3.7) or (3.11).
+
+    advice: the recommended action. step: of the episode, from 0.
+    """
     if method.trust == SCHEDULED:
-        return schedule[CONFIDENCE]
+        return reused(schedule[CONFIDENCE], step, method)
     if method.trust == BETA:
         return beta_mean(belief[s, LISTEN], belief[s, DISCARD])
     if method.trust == EXPLICIT:
         temperature = listen_temperature(arrivals[s], method)
         return sigmoid((belief[s, LISTEN] - belief[s, DISCARD]) / temperature)
+    if method.trust == SHAPING:
+        return shaped(s, advice, schedule[CONFIDENCE], schedule[TEMPERATURE], q)
+    if method.trust == JUMP_START:
+        return 1.0 if step < guided_steps(schedule[STAGE], method) else 0.0
     return 0.0
 
 
 @kernel
-def update_belief(s, a, advice, delta, method, q, belief):
+def update_belief(s, a, advice, delta, method, q, belief, schedule):
     """
     Change belief[s] after the step in which action a was taken in state s: (4.2), (3.12).
 
@@ -32,7 +47,7 @@ def update_belief(s, a, advice, delta, method, q, belief):
     before q was updated; q is the updated one.
     """
     if method.trust == BETA:
-        update_beta(s, a == advice, delta, method, belief)
+        update_beta(s, a == advice, delta, schedule[TRUST_RATE], method, belief)
     elif method.trust == EXPLICIT:
         update_listening_values(s, a, advice, method, q, belief)
 
@@ -53,11 +68,11 @@ def beta_mean(alpha, beta):
 
 
 @kernel
-def update_beta(s, listened, delta, method, belief):
+def update_beta(s, listened, delta, rate, method, belief):
     """
     Change belief[s]: alpha where the mentor's action was taken, beta where not (4.2).
 
-    A belief of which nothing is left, alpha + beta <= 0, stays as it is.
+    rate: the gamma of (4.2). A belief of which nothing is left, alpha + beta <= 0, stays as it is.
     """
     alpha, beta = belief[s, LISTEN], belief[s, DISCARD]
     if alpha + beta <= 0.0:
@@ -65,9 +80,9 @@ def update_beta(s, listened, delta, method, belief):
     if method.sign_only:
         delta = 1.0 if delta > 0.0 else -1.0 if delta < 0.0 else 0.0
     if listened:
-        alpha += method.trust_rate * beta / (alpha + beta) * delta
+        alpha += rate * beta / (alpha + beta) * delta
     else:
-        beta += method.trust_rate * alpha / (alpha + beta) * delta
+        beta += rate * alpha / (alpha + beta) * delta
     if method.bounded_belief:
         alpha, beta = max(alpha, 0.0), max(beta, 0.0)
     belief[s, LISTEN], belief[s, DISCARD] = alpha, beta
@@ -102,6 +117,37 @@ def listen_temperature(arrivals, method):
 
 
 @kernel
+def reused(p, step, method):
+    """Return p after `step` steps of an episode: policy reuse (methods.py, `pi_reuse`)."""
+    if method.reuse_factor == 1.0:
+        return p
+    return p * math.pow(method.reuse_factor, float(step))  # compiled, a whole power has other bits
+
+
+@kernel
+def shaped(s, advice, consistency, temperature, q):
+    """
+    Probability of the advice where it is multiplied into the softmax (2.24): policy shaping.
+
+    consistency: how often advice is right, C; one opinion for the action makes its odds C / (1-C)
+    times as high (methods.py, `policy_shaping`).
+    """
+    best, others = highest_but(s, -1, q), 0.0
+    for a in range(4):
+        if a != advice:
+            others += math.exp((q[s, a] - best) / temperature)
+    right = consistency * math.exp((q[s, advice] - best) / temperature)
+    wrong = (1.0 - consistency) * others
+    return right / (right + wrong) if right > 0.0 else 0.0
+
+
+@kernel
+def guided_steps(stage, method):
+    """First steps of an episode in which a jump start is led, after `stage` shortenings."""
+    return method.guided_steps * max(0.0, 1.0 - stage / method.guided_stages)
+
+
+@kernel
 def sigmoid(x):
     """Logistic function, without overflow for any x."""
     if x >= 0.0:
@@ -109,7 +155,14 @@ def sigmoid(x):
     return math.exp(x) / (1.0 + math.exp(x))
 
 
-def confidences(method, memory):
-    """`p[s]` in every state: list of floats; 0 where nobody is trusted."""
-    numbers, (_, _, belief, arrivals, schedule) = method.numbers(), memory.views()
-    return [confidence(s, numbers, belief, arrivals, schedule) for s in range(len(arrivals))]
+def confidences(method, memory, advice):
+    """
+    `p[s]` at the first step in every state: list of floats; 0 where nobody is trusted.
+
+    advice: `advice[s]`, -1 where the mentor has said nothing: there the advice is worth 0 to
+    policy shaping, and what the others make of it does not depend on it.
+    """
+    numbers = method.numbers()
+    q, _, belief, arrivals, schedule, _, _ = memory.views()
+    return [confidence(s, said, 0, numbers, q, belief, arrivals, schedule)
+            if said >= 0 or method.trust != 'shaping' else 0.0 for s, said in enumerate(advice)]

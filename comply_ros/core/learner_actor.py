@@ -16,6 +16,7 @@ from comply_ros.core.draws import Draws, streams
 from comply_ros.core.grid import NO_ACTION
 from comply_ros.core.learning import choose, cool, DRAWS, learn
 from comply_ros.core.memory import Memory, TEMPERATURE
+from comply_ros.core.traces import end_traces
 from comply_ros.core.training import mean_return
 from comply_ros.core.world import World
 
@@ -80,6 +81,13 @@ class LearnerActor:
         self._views = self.memory.views()
         self.iterations_done, self.steps, self.finished = 0, 0, False
         self._begin_iteration()
+
+    def advice_heard(self):
+        """`advice[s]`: what the mentor said last in every state, -1 where nothing yet."""
+        heard = [NO_ACTION] * len(self.world.terminal)
+        for state, said in self._heard.items():
+            heard[state] = said.action
+        return heard
 
     def waits_for(self):
         """Text of what this learner needs before it can go on; None where it has it all."""
@@ -158,7 +166,7 @@ class LearnerActor:
         s, u = asked.state, self._draws.row()
         a, p = NO_ACTION, 0.0
         if not asked.terminated:
-            a, p = choose(s, advice, *u, self._numbers, *self._views)
+            a, p = choose(s, advice, asked.step, *u, self._numbers, *self._views)
         self._learn_from(asked, a)
         self._previous = s, a, advice
         self._answered, self._asked = turn(asked), None
@@ -175,8 +183,10 @@ class LearnerActor:
         episode, step = self._answered
         if asked.step == 0:
             self._seen_whole, self._return = True, 0.0
+            end_traces(self.memory.traces, self.memory.trail)
         elif (asked.episode, asked.step - 1) != (episode, step):
             self._seen_whole = False
+            end_traces(self.memory.traces, self.memory.trail)
         else:
             self._return += asked.reward
             self.steps += 1
@@ -207,7 +217,7 @@ class LearnerActor:
             self.steps, mean_return(self._returns),
             self._trusted / self._weighed if self._weighed else float('nan'),
             float(self.memory.schedule[TEMPERATURE]), self.finished)
-        cool(self._numbers, self.memory.schedule)
+        cool(progress.mean_return, self._numbers, self.memory.schedule)
         self._begin_iteration()
         return progress
 

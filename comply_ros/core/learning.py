@@ -5,23 +5,26 @@ import math
 
 from comply_ros.core.compiled import kernel
 from comply_ros.core.compliance import confidence, highest_but, NOTHING, update_belief
-from comply_ros.core.memory import CONFIDENCE, TEMPERATURE
+from comply_ros.core.memory import BEST_RETURN, CONFIDENCE, STAGE, TEMPERATURE, TRUST_RATE
 from comply_ros.core.method import NO_TRUST
+from comply_ros.core.traces import leave_trace, spread
 
 DRAWS = 2  # uniforms per state met: one to listen or not, one for the own choice
 
 
 @kernel
-def choose(s, advice, u_listen, u_act, method, q, visits, belief, arrivals, schedule):
+def choose(s, advice, step, u_listen, u_act, method,
+           q, visits, belief, arrivals, schedule, traces, trail):
     """
     Return the action in state s, and the p with which advice was weighed: (3.2), (3.7).
 
-    advice: the mentor's action, -1 for none (then p is 0). u_listen, u_act: uniform in [0, 1).
-    The advice is followed where u_listen < p; otherwise the softmax of (2.24) decides.
+    advice: the mentor's action, -1 for none (then p is 0). step: of the episode, from 0.
+    u_listen, u_act: uniform in [0, 1). The advice is followed where u_listen < p; otherwise the
+    softmax of (2.24) decides.
     """
     if advice < 0 or method.trust == NO_TRUST:
         return softmax_action(s, -1, u_act, schedule[TEMPERATURE], q), 0.0
-    p = confidence(s, method, belief, arrivals, schedule)
+    p = confidence(s, advice, step, method, q, belief, arrivals, schedule)
     if u_listen < p:
         return advice, p
     excluded = advice if method.excludes_refused else -1
@@ -29,23 +32,34 @@ def choose(s, advice, u_listen, u_act, method, q, visits, belief, arrivals, sche
 
 
 @kernel
-def learn(s, a, r, s2, a2, done, advice, method, q, visits, belief, arrivals, schedule):
+def learn(s, a, r, s2, a2, done, advice, method,
+          q, visits, belief, arrivals, schedule, traces, trail):
     """
-    Change q, visits, belief and arrivals by one transition: (2.15), (2.17), (2.26), (3.3).
+    Change all arrays but schedule by one transition: (2.15), (2.17), (2.26), (3.3).
 
     done: s2 is terminal and worth nothing. advice: what the mentor said in s, -1 for nothing.
     """
-    target = r
+    target, goes_on = r, 1.0
     if not done:
-        following = highest_but(s2, -1, q) if method.off_policy else q[s2, a2]
+        following = q[s2, a2]
+        if method.off_policy:
+            best = highest_but(s2, -1, q)
+            if following < best and method.cuts_traces:
+                goes_on = 0.0
+            following = best
         target += method.discount * following
     delta = target - q[s, advice] if advice >= 0 else 0.0
-    rate = learning_rate(visits[s, a], method)
-    q[s, a] += rate * (target - q[s, a])
+    change = learning_rate(visits[s, a], method) * (target - q[s, a])
+    if method.trace_decay > 0.0:
+        leave_trace(s, a, method, traces, trail)
+        fades = goes_on * method.discount * method.trace_decay
+        spread(change, fades, method.trace_floor, q, traces, trail)
+    else:
+        q[s, a] += change
     visits[s, a] += method.visit_growth
     arrivals[s] += 1.0
     if advice >= 0:
-        update_belief(s, a, advice, delta, method, q, belief)
+        update_belief(s, a, advice, delta, method, q, belief, schedule)
 
 
 @kernel
@@ -57,12 +71,17 @@ def learning_rate(c, method):
 
 
 @kernel
-def cool(method, schedule):
-    """Change schedule after an iteration: the confidence (3.6), then the temperature (2.25)."""
+def cool(mean_return, method, schedule):
+    """Change schedule after an iteration: confidence (3.6), temperature (2.25), the rest."""
     schedule[CONFIDENCE] *= method.confidence_factor
     if schedule[CONFIDENCE] <= method.cooling_confidence:
         cooler = schedule[TEMPERATURE] * method.temperature_factor
         schedule[TEMPERATURE] = max(cooler, method.temperature_floor)
+    schedule[TRUST_RATE] *= method.trust_rate_factor
+    best = schedule[BEST_RETURN]
+    if best == -math.inf or mean_return >= best - method.guided_tolerance * abs(best):
+        schedule[STAGE] += 1.0
+    schedule[BEST_RETURN] = max(best, mean_return)
 
 
 @kernel

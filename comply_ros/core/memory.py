@@ -6,7 +6,7 @@ import hashlib
 
 import numpy as np
 
-CONFIDENCE, TEMPERATURE = range(2)  # schedule[...]
+CONFIDENCE, TEMPERATURE, TRUST_RATE, STAGE, BEST_RETURN = range(5)  # schedule[...]
 LISTEN, DISCARD = range(2)  # belief[s, ...]
 
 
@@ -22,7 +22,10 @@ class Memory:
     belief: `belief[s, 0]` for listening, `belief[s, 1]` for discarding, float64: alpha and beta
     of (3.7), or the two values of (3.10).
     arrivals: `arrivals[s]`, float64: how often s was left, from 1 upwards.
-    schedule: float64: the confidence p of (3.6), the temperature of (2.25).
+    schedule: float64: the confidence p of (3.6), the temperature of (2.25), the rate of (4.2),
+    how many times a jump start was shortened, the best mean return of an iteration.
+    traces: `traces[s, a]`, float64: eligibility (2.20); no rows where the method has no traces.
+    trail: int64: how many traces are above 0, then `4 s + a` of each.
 
     """
 
@@ -31,18 +34,24 @@ class Memory:
     belief: np.ndarray
     arrivals: np.ndarray
     schedule: np.ndarray
+    traces: np.ndarray
+    trail: np.ndarray
 
     @classmethod
     def fresh(cls, world, method):
         """Return the memory of a learner that has seen nothing of the world yet."""
         states = len(world.terminal)
+        traced = states if method.trace_decay > 0 else 0
         first_belief = (method.belief_listen, method.belief_discard)
         return cls(
             q=np.where(world.available, method.initial_value, -np.inf),
             visits=np.ones((states, 4)),
             belief=np.tile(np.array(first_belief), (states, 1)),
             arrivals=np.ones(states),
-            schedule=np.array([method.confidence, method.temperature]))
+            schedule=np.array([method.confidence, method.temperature, method.trust_rate,
+                               0.0, -np.inf]),
+            traces=np.zeros((traced, 4)),
+            trail=np.zeros(1 + 4 * traced, dtype=np.int64))
 
     def arrays(self):
         """Return the arrays in the order of the fields, without copying them."""

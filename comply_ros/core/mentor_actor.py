@@ -1,7 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The mentor in the conversation: a state in, a recommended action out."""
 
-from comply_ros.core.dialogue import grid_of, problem_of_run, problem_of_state, Recommendation
+from comply_ros.core.advising import Advising, WITHOUT_LIMIT
+from comply_ros.core.dialogue import (
+    grid_of,
+    problem_of_run,
+    problem_of_state,
+    Recommendation,
+    turn,
+)
 from comply_ros.core.grid import NO_ACTION
 from comply_ros.core.world import World
 
@@ -10,17 +17,30 @@ class MentorActor:
     """
     Answers every state with its policy's action; holds the last one until it has a policy.
 
+    Parameters
+    ----------
+    budget: how many recommendations it has to give; 0 for no limit.
+    when: when it gives one; see `Advising`. Where it counts mistakes, it answers a state only
+        after it has heard what the learner did in the one before.
+
     Attributes
     ----------
     world: the `World` that was described last, None before.
     policy: list of actions by state, None until there is one for this world.
+    watches: whether it needs to hear the learner's actions.
 
     """
 
-    def __init__(self):
+    def __init__(self, budget=WITHOUT_LIMIT, when='early'):
         self.world = None
         self.policy = None
+        self.watches = budget != WITHOUT_LIMIT and when == 'mistakes'
+        self._budget, self._when, self._advising = budget, when, None
         self._run, self._held = None, None
+        self._forget_the_turn()
+
+    def _forget_the_turn(self):
+        self._asked, self._acted = None, (0, -1)
 
     def hear_world(self, said):
         """
@@ -32,6 +52,8 @@ class MentorActor:
 
         """
         grid = grid_of(said)
+        if said.run != self._run:
+            self._forget_the_turn()
         self._run = said.run
         if self.world is not None and self.world.grid == grid:
             return False
@@ -45,6 +67,7 @@ class MentorActor:
     def use(self, policy):
         """Advise by `policy[s]` from now on; return what is to be said about a held state."""
         self.policy = policy.tolist()
+        self._advising = Advising(self.world, policy, self._budget, self._when)
         return self.hear_held()
 
     def hear_held(self):
@@ -54,9 +77,11 @@ class MentorActor:
 
     def hear_state(self, said):
         """Return the `Recommendation` for a state; none where the episode is over."""
-        if self.policy is None or said.run != self._run:
+        if self.policy is None or said.run != self._run or self._must_see_first(said):
             self._held = said
             return ()
+        if self._held and self._held.run == self._run:
+            self._held = None
         if self._held:  # of another run than the world that goes on here
             held, self._held = self._held, None
             return (problem_of_run(held, self._run, 'a state'), *self.hear_state(said))
@@ -65,8 +90,23 @@ class MentorActor:
             return (problem,)
         if said.terminated:
             return ()
+        self._asked = said
         return (Recommendation(said.run, said.episode, said.step, said.state,
-                               self.policy[said.state]),)
+                               self._advising.advise(said.state)),)
+
+    def hear_action(self, said):
+        """Remember what the learner did; return what is to be said about a state that waited."""
+        if self._advising is None or said.run != self._run or turn(said) <= self._acted:
+            return ()
+        self._acted = turn(said)
+        if self._asked and turn(said) == turn(self._asked) and said.action in range(4):
+            self._advising.watch(self._asked.state, said.action)
+        return self.hear_held()
+
+    def _must_see_first(self, said):
+        """Tell whether the learner's last action matters for this state, and is not known yet."""
+        before = said.episode, said.step - 1
+        return self.watches and said.step > 0 and before > self._acted
 
     def advice(self, state):
         """

@@ -5,8 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from comply_ros.core.advising import MentorError
 from comply_ros.core.grid import NO_ACTION
-from comply_ros.core.method import find_method
+from comply_ros.core.methods import find_method
 from comply_ros.core.planning import (
     action_values,
     greedy,
@@ -16,41 +17,59 @@ from comply_ros.core.planning import (
 )
 from comply_ros.core.training import Training
 
-CLOSE_ENOUGH = 0.005  # a snapshot this near to the wanted optimality ends the search
+CLOSE_ENOUGH = 0.005  # a snapshot this near to the wanted optimality ends the search; nearer
+# where more would pass for optimal: half of what is missing to it
 SNAPSHOT_ITERATIONS = 600
 
 
-class MentorError(ValueError):
-    """A mentor that does not exist; the message names the rule and the value."""
-
-
 class Spec(NamedTuple):
-    """What `kind:value` says: the kind, and its number or path (None where the kind has none)."""
+    """
+    What `kind:value@coverage` says.
+
+    Attributes
+    ----------
+    value: number or path, None where the kind has none.
+    coverage: share of the states in which it has advice.
+
+    """
 
     kind: str
     value: object = None
+    coverage: float = 1.0
 
 
 def parse_spec(text):
     """
-    `Spec` of a mentor as it is written: `optimal`, `noisy:0.2`, `snapshot:0.75`, `file:PATH`.
+    `Spec` of a mentor as it is written: `optimal`, `noisy:0.2`, `snapshot:0.75@0.2`, `file:PATH`.
 
     Raises
     ------
     MentorError: for an unknown kind, a missing value or one out of its range.
 
     """
+    written, at, share = text.rpartition('@')
+    if at and not (written.startswith('file:') and not _is_number(share)):
+        return parse_spec(written)._replace(coverage=_share('the coverage of MENTOR@COVERAGE',
+                                                            share))
     kind, colon, value = text.partition(':')
     if kind not in KINDS:
         raise MentorError(f'a mentor must be one of {", ".join(KINDS.values())}, got {text!r}')
     wanted = KINDS[kind].partition(':')[2]
     if bool(wanted) != bool(value) or bool(colon) != bool(wanted):
         raise MentorError(f'this mentor is written {KINDS[kind]}, got {text!r}')
-    return Spec(kind, _share(kind, value) if wanted in ('P', 'Q') else value or None)
+    if wanted in ('P', 'Q'):
+        return Spec(kind, _share(f'the {wanted} of {KINDS[kind]}', value))
+    return Spec(kind, value or None)
 
 
-def _share(kind, text):
-    name = f'the {KINDS[kind][-1]} of {KINDS[kind]}'
+def _is_number(text):
+    try:
+        return float(text) is not None
+    except ValueError:
+        return False
+
+
+def _share(name, text):
     try:
         value = float(text)
     except ValueError:
@@ -58,6 +77,18 @@ def _share(kind, text):
     if not 0 <= value <= 1:
         raise MentorError(f'{name} must lie in [0, 1], got {text!r}')
     return value
+
+
+def sparse_policy(policy, world, coverage, seed):
+    """`advice[s]` in a share of the states only, drawn by seed; -1 in the others."""
+    if coverage == 1.0:
+        return policy
+    states = np.flatnonzero(world.free)
+    generator = np.random.Generator(np.random.PCG64(seed))
+    kept = generator.permutation(states)[:round(coverage * len(states))]
+    sparse = np.full_like(policy, NO_ACTION)
+    sparse[kept] = policy[kept]
+    return sparse
 
 
 def make_policy(spec, world, seed, on_progress=lambda share: None):
@@ -114,7 +145,7 @@ def snapshot_policy(world, level, seed, on_progress):
         if away < distance:
             nearest, distance = policy, away
         on_progress(number / SNAPSHOT_ITERATIONS)
-        if distance < CLOSE_ENOUGH:
+        if distance < min(CLOSE_ENOUGH, (1.0 - level) / 2.0):
             break
     return nearest
 

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A learner is one row of numbers: its fields, their ranges, and the table of all rows."""
+"""A learner is one row of numbers: its fields, and their ranges."""
 
 from collections import namedtuple
 from dataclasses import dataclass, field, fields, replace
-from math import isfinite, log
+from math import isfinite
 
-TRUSTS = ('none', 'scheduled', 'beta', 'explicit')
-NO_TRUST, SCHEDULED, BETA, EXPLICIT = range(4)
+TRUSTS = ('none', 'scheduled', 'beta', 'explicit', 'shaping', 'jump_start')
+NO_TRUST, SCHEDULED, BETA, EXPLICIT, SHAPING, JUMP_START = range(len(TRUSTS))
 
 TINY = 1e-9  # the softmax needs a temperature above 0
 ANY = 1_000_000  # a bound for what needs none
@@ -43,6 +43,13 @@ class Method:
         1.0, 'The learning rate falls with the visits c as 1 / c^exponent (2.26)', 0, 2)
     visit_growth: float = _field(
         1.0, 'How much each visit of a state and action adds to its c, which starts at 1', 0, 1)
+    trace_decay: float = _field(
+        0.0, 'Decay lambda of the eligibility traces (2.20); 0 for no traces', 0, 1)
+    trace_floor: float = _field(0.005, 'A trace that has faded below this is dropped', 0, 1)
+    replacing_traces: bool = _field(
+        False, 'A visit sets the trace to 1 instead of adding 1 to it')
+    cuts_traces: bool = _field(
+        True, 'Off policy, all traces end before an action that is not greedy (Watkins)')
     temperature: float = _field(1.0, 'First temperature of the softmax (2.24)', TINY, ANY)
     temperature_factor: float = _field(
         0.99, 'Factor on the temperature after each iteration (2.25)', 0, 1)
@@ -50,12 +57,17 @@ class Method:
     cooling_confidence: float = _field(
         1.0, 'The temperature falls only while the confidence p is at or below this', 0, 1)
     trust: str = _field(
-        'none', 'Whom to trust: nobody, the mentor by a schedule (3.6), by a Beta belief (3.7), '
-        'or by the values of listening and discarding (3.11)', choices=TRUSTS)
+        'none', 'Whom to trust: nobody, or the mentor: by a schedule (3.6), by a Beta belief '
+        '(3.7), by the values of listening and discarding (3.11), as one more opinion (policy '
+        'shaping), or in the first steps of an episode (jump start)', choices=TRUSTS)
     excludes_refused: bool = _field(
         False, 'A refused recommendation is left out of the own choice (3.2)')
-    confidence: float = _field(0.9, 'First confidence p of scheduled trust (3.2)', 0, 1)
+    confidence: float = _field(
+        0.9, 'First confidence p of scheduled trust (3.2), or how often advice is right in '
+        'policy shaping', 0, 1)
     confidence_factor: float = _field(1.0, 'Factor on p after each iteration (3.6)', 0, 1)
+    reuse_factor: float = _field(
+        1.0, 'Factor on p of scheduled trust after each step of an episode (pi-reuse)', 0, 1)
     belief_listen: float = _field(
         8.0, 'First alpha of the Beta belief, or first value of listening (3.13)', -ANY, ANY)
     belief_discard: float = _field(
@@ -63,6 +75,8 @@ class Method:
     trust_rate: float = _field(
         1.0, 'Rate of the Beta belief, gamma of (4.2), or weight of the new value, 1 - beta '
         'of (3.12)', 0, 1000)
+    trust_rate_factor: float = _field(
+        1.0, 'Factor on the rate of the Beta belief after each iteration', 0, 1)
     sign_only: bool = _field(False, 'The Beta belief learns from the sign of delta alone')
     bounded_belief: bool = _field(False, 'alpha and beta of the Beta belief are cut at 0')
     updates_both: bool = _field(
@@ -72,6 +86,14 @@ class Method:
         0.5, 'First temperature of the choice between listening and discarding (3.11)', TINY, ANY)
     listen_temperature_exponent: float = _field(
         0.55, 'That temperature falls with the visits n of the state as 1 / n^exponent', 0, 2)
+    guided_steps: int = _field(
+        320, 'Jump start: the mentor leads the first steps of an episode, so many at first',
+        0, 1_000_000)
+    guided_stages: int = _field(
+        10, 'Jump start: it leads so many times, each time less far, then no more', 1, 1_000_000)
+    guided_tolerance: float = _field(
+        0.1, 'Jump start: it leads less far when an iteration is at most this share of the best '
+        'return worse than the best', 0, 1)
     measuring_iterations: int = _field(
         0, 'So many iterations at the beginning only measure and do not learn', 0, 1_000_000)
     iterations: int = _field(
@@ -135,68 +157,3 @@ def with_text(method, name, text):
     except (KeyError, ValueError):
         raise MethodError(f'{name} must be {_kind(kind)}, got {text!r}') from None
     return replace(method, **{name: value})
-
-
-def find_method(name, profile):
-    """
-    Row of a method in a profile.
-
-    Raises
-    ------
-    MethodError: for an unknown name or profile.
-
-    """
-    if profile not in METHODS:
-        raise MethodError(f'a profile must be one of {", ".join(METHODS)}, got {profile!r}')
-    if name not in METHODS[profile]:
-        raise MethodError(f'a method must be one of {", ".join(METHODS[profile])}, got {name!r}')
-    return METHODS[profile][name]
-
-
-def listening_lead(p, temperature):
-    """First value of listening over discarding that makes p the confidence (3.13)."""
-    return temperature * log(p / (1.0 - p))
-
-
-def _published(**settings):
-    return Method(temperature_floor=0.03, measuring_iterations=1, **settings)
-
-
-def _as_the_text_says(row, **settings):
-    return replace(row, learning_rate_exponent=0.55, visit_growth=1.0, temperature_floor=TINY,
-                   measuring_iterations=0, **settings)
-
-
-PUBLISHED = {
-    'sarsa': _published(
-        initial_value=3.0, visit_growth=1 / 15, temperature=4.0, iterations=600),
-    'q_learning': _published(
-        off_policy=True, initial_value=1.0, learning_rate=0.8, learning_rate_exponent=0.505,
-        temperature_factor=0.98, iterations=600, episodes=10),
-    'constant': _published(
-        trust='scheduled', learning_rate_exponent=0.51, temperature=0.5, temperature_factor=0.98),
-    'vanishing': _published(
-        trust='scheduled', learning_rate_exponent=0.51, temperature=0.5, temperature_factor=0.98,
-        confidence_factor=0.99, cooling_confidence=0.5),
-    'beta_implicit': _published(
-        trust='beta', excludes_refused=True, visit_growth=1 / 15, trust_rate=2.0,
-        sign_only=True, bounded_belief=True),
-    'explicit': _published(
-        trust='explicit', excludes_refused=True, learning_rate_exponent=0.55, visit_growth=1 / 15,
-        temperature=2.0, trust_rate=0.1, belief_listen=1.095, belief_discard=0.0,
-        updates_both=False),
-}
-
-REPORT = {
-    'sarsa': _as_the_text_says(PUBLISHED['sarsa']),
-    'q_learning': _as_the_text_says(PUBLISHED['q_learning']),
-    'constant': _as_the_text_says(PUBLISHED['constant']),
-    'vanishing': _as_the_text_says(PUBLISHED['vanishing'], cooling_confidence=1.0),
-    'beta_implicit': _as_the_text_says(
-        PUBLISHED['beta_implicit'], sign_only=False, bounded_belief=False,
-        trust_rate=0.3),  # of the order of the prior (section 4.1.1): larger ones run away
-    'explicit': _as_the_text_says(
-        PUBLISHED['explicit'], updates_both=True, belief_listen=listening_lead(0.9, 0.5)),
-}
-
-METHODS = {'report': REPORT, 'published': PUBLISHED}

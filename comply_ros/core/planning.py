@@ -27,6 +27,16 @@ def action_values(world, values, discount=1.0):
     return np.where(available, q, -np.inf)
 
 
+def value_iteration(world, discount=1.0):
+    """Yield `v[s]` and the largest change of a value, sweep after sweep (2.14), without end."""
+    values, free = np.zeros(len(world.terminal)), world.free
+    while True:
+        improved = np.where(free, action_values(world, values, discount).max(axis=1), 0.0)
+        change = float(np.abs(improved - values).max())
+        values = improved
+        yield values, change
+
+
 def optimal_values(world, discount=1.0):
     """
     `v[s]` of the optimal policy, by value iteration (2.14); 0 in terminal and obstacle cells.
@@ -36,15 +46,24 @@ def optimal_values(world, discount=1.0):
     PlanningError: if the values still change after 100,000 sweeps.
 
     """
-    values, free = np.zeros(len(world.terminal)), world.free
-    for _ in range(MOST_SWEEPS):
-        improved = np.where(free, action_values(world, values, discount).max(axis=1), 0.0)
-        change = np.abs(improved - values).max()
-        values = improved
+    for _, (values, change) in zip(range(MOST_SWEEPS), value_iteration(world, discount)):
         if change < TOLERANCE:
             return values
     raise PlanningError(f'value iteration must settle within {MOST_SWEEPS} sweeps, '
                         f'but a value still changes by {change:.2g}')
+
+
+def sweeps_until(share, changes):
+    """
+    Return the sweeps after which value iteration stops by (2.23), or None.
+
+    share: of the first change that a later one must fall below. changes: largest change of a
+    value in each sweep.
+    """
+    for number, change in enumerate(changes, 1):
+        if change < share * changes[0]:
+            return number
+    return None
 
 
 def greedy(q, free):
@@ -78,9 +97,9 @@ def chances(world, pi):
     return np.where(world.free[:, None], happens, 0.0)
 
 
-def expected_return(world, pi):
+def values_of(world, pi):
     """
-    Exact expected return of `pi[s, a]` from the starts, undiscounted, over the step limit.
+    `v[s]`: exact expected return of `pi[s, a]` from s, undiscounted, over the step limit.
 
     Policy evaluation (2.11), one sweep a step: nothing is sampled.
     """
@@ -89,7 +108,12 @@ def expected_return(world, pi):
     values = np.zeros(len(earned))
     for _ in range(world.grid.step_limit):
         values = earned + np.einsum('sb,sb->s', chance, values[world.successor])
-    return float(values[world.starts].mean())
+    return values
+
+
+def expected_return(world, pi):
+    """Exact expected return of `pi[s, a]` from the starts, as in `values_of`."""
+    return float(values_of(world, pi)[world.starts].mean())
 
 
 class Yardstick:

@@ -6,14 +6,17 @@ from pickle import UnpicklingError
 
 import numpy as np
 
+from comply_ros.core.advising import advise, Advising, watch
 from comply_ros.core.compiled import compiled, forget, kernel
 from comply_ros.core.draws import Draws, streams
 from comply_ros.core.grid import NO_ACTION
 from comply_ros.core.learning import choose, cool, DRAWS, learn
 from comply_ros.core.memory import Memory, TEMPERATURE
+from comply_ros.core.traces import end_traces
 from comply_ros.core.world import first_state, taken_action
 
-EPISODE, STEP, STATE, ACTION = range(4)  # place[...]: where the walk is
+EPISODE, STEP, STATE, ACTION, SAID = range(5)  # place[...]: where the walk is
+FIRST_PLACE = np.array((0, -1, 0, 0, NO_ACTION))
 WEIGHED, TRUSTED = range(2)  # tally[...]: decisions with advice, the sum of their confidences
 
 Iteration = namedtuple('Iteration', 'number mean_return confidence temperature steps')
@@ -31,7 +34,8 @@ class Training:
     Parameters
     ----------
     world: the `World`.
-    advice: `advice[s]`, int8: the mentor's action, -1 for none.
+    advice: `advice[s]`, int8: the mentor's action, -1 for none; or an `Advising`, which
+        remembers what it has said.
     method: the `Method`.
     seed: of the world's and the learner's random numbers.
 
@@ -47,8 +51,9 @@ class Training:
         self.memory = Memory.fresh(world, method)
         world_stream, learner_stream = streams(seed)
         self._draws = Draws(world_stream, 1), Draws(learner_stream, DRAWS)
-        silence = np.full(len(world.terminal), NO_ACTION)
-        self._advice = np.asarray(advice if method.needs_mentor() else silence, dtype=np.int8)
+        if not method.needs_mentor():
+            advice = np.full(len(world.terminal), NO_ACTION)
+        self._mentor = advice if isinstance(advice, Advising) else Advising(world, advice)
         self._numbers = method.numbers()
         self.iterations_done = 0
         try:
@@ -63,29 +68,30 @@ class Training:
         self.returns = np.zeros(self.method.episodes)
         self.lengths = np.zeros(self.method.episodes, dtype=np.int64)
         tally = np.zeros(2)
-        place = np.array((0, -1, 0, 0))
+        place = FIRST_PLACE.copy()
         temperature = float(self.memory.schedule[TEMPERATURE])
         while place[EPISODE] < self.method.episodes:
             self._play_a_block(learns, place, tally)
-        cool(self._numbers, self.memory.schedule)
+        mean = mean_return(self.returns.tolist())
+        cool(mean, self._numbers, self.memory.schedule)
         self.iterations_done += 1
         confidence = float(tally[TRUSTED] / tally[WEIGHED]) if tally[WEIGHED] else float('nan')
-        return Iteration(self.iterations_done, mean_return(self.returns.tolist()), confidence,
-                         temperature, int(self.lengths.sum()))
+        return Iteration(self.iterations_done, mean, confidence, temperature,
+                         int(self.lengths.sum()))
 
     def _compile(self):
         """Play nothing at all, so that the first iteration need not wait for the compiler."""
         self._play = compiled(play)
         self.returns, self.lengths = np.zeros(0), np.zeros(0, dtype=np.int64)
-        self._play_a_block(False, np.array((0, -1, 0, 0)), np.zeros(2))
+        self._play_a_block(False, FIRST_PLACE.copy(), np.zeros(2))
 
     def _play_a_block(self, learns, place, tally):
         """Change place, tally, returns, lengths and the memory: as far as the draws reach."""
         world, (moves, decisions) = self.world, self._draws
         used = self._play(
             learns, world.grid.step_limit, float(world.grid.intended), world.starts,
-            world.successor, world.reward, world.terminal, self._advice, self._numbers,
-            *self.memory.arrays(), place, tally, self.returns, self.lengths,
+            world.successor, world.reward, world.terminal, *self._mentor.arrays(),
+            self._numbers, *self.memory.arrays(), place, tally, self.returns, self.lengths,
             moves.block(), decisions.block())
         moves.use(used)
         decisions.use(used)
@@ -97,42 +103,49 @@ def mean_return(returns):
 
 
 @kernel
-def play(learns, step_limit, intended, starts, successor, reward, terminal, advice, method,
-         q, visits, belief, arrivals, schedule, place, tally, returns, lengths,
+def play(learns, step_limit, intended, starts, successor, reward, terminal,
+         policy, worth, told, left, did, method,
+         q, visits, belief, arrivals, schedule, traces, trail, place, tally, returns, lengths,
          moves, decisions):
     """
     Change place, tally, returns, lengths and the learner's arrays; return the states met.
 
     Plays until the iteration has all its episodes or the draws are used up, whichever is first.
-    place: episode of the iteration, step (-1 before the first state), state, action.
+    place: episode of the iteration, step (-1 before the first state), state, action, and what
+    the mentor said there.
     """
-    episode, step, s, a = place[EPISODE], place[STEP], place[STATE], place[ACTION]
+    episode, step, s, a, said = (
+        place[EPISODE], place[STEP], place[STATE], place[ACTION], place[SAID])
     met, most = 0, min(len(moves), len(decisions))
     while met < most and episode < len(returns):
         u = moves[met, 0]
         if step < 0:
             r, s2, done, over = 0.0, first_state(u, starts), False, False
+            end_traces(traces, trail)
         else:
             b = taken_action(s, a, u, intended, successor)
             r, s2 = reward[s, b], successor[s, b]
             done = terminal[s2]
             over = done or step + 1 == step_limit
-        a2 = NO_ACTION
+        a2, said2 = NO_ACTION, NO_ACTION
         if not done:
-            a2, p = choose(s2, advice[s2], decisions[met, 0], decisions[met, 1], method,
-                           q, visits, belief, arrivals, schedule)
-            if advice[s2] != NO_ACTION:
+            said2 = advise(s2, policy, worth, told, left, did)
+            a2, p = choose(s2, said2, step + 1, decisions[met, 0], decisions[met, 1], method,
+                           q, visits, belief, arrivals, schedule, traces, trail)
+            watch(s2, a2, did)
+            if said2 != NO_ACTION:
                 tally[WEIGHED] += 1.0
                 tally[TRUSTED] += p
         if step >= 0:
             returns[episode] += r
             if learns:
-                learn(s, a, r, s2, a2, done, advice[s], method,
-                      q, visits, belief, arrivals, schedule)
+                learn(s, a, r, s2, a2, done, said, method,
+                      q, visits, belief, arrivals, schedule, traces, trail)
         met += 1
-        step, s, a = step + 1, s2, a2
+        step, s, a, said = step + 1, s2, a2, said2
         if over:
             lengths[episode] = step
             episode, step = episode + 1, -1
-    place[EPISODE], place[STEP], place[STATE], place[ACTION] = episode, step, s, a
+    place[EPISODE], place[STEP], place[STATE] = episode, step, s
+    place[ACTION], place[SAID] = a, said
     return met

@@ -5,6 +5,7 @@ from concurrent.futures import as_completed, ThreadPoolExecutor
 import os
 import time
 
+from comply_ros.core.advising import Advising
 from comply_ros.core.method import MethodError
 from comply_ros.core.planning import Yardstick
 from comply_ros.core.training import Training
@@ -81,7 +82,8 @@ def train_one(options, world, advice, seed, tell, stop):
     What the first seed of the session learned is written to `learning.npz`. An `Event` that is
     set stops it after the iteration, without an outcome.
     """
-    training = Training(world, advice, options.row, seed)
+    mentor = Advising(world, advice, options.budget, options.advising)
+    training = Training(world, mentor, options.row, seed)
     begin, returns, steps = time.perf_counter(), [], 0
     for _ in range(options.row.iterations):
         iteration = training.iterate()
@@ -92,6 +94,7 @@ def train_one(options, world, advice, seed, tell, stop):
             return None
     seconds = time.perf_counter() - begin
     if seed == options.seed:
-        save_learning(options.out / 'learning.npz', options.row, training.memory)
+        save_learning(options.out / 'learning.npz', options.row, training.memory,
+                      advice.tolist())
     return {'seed': seed, 'returns': returns, 'steps': steps, 'wall_seconds': seconds,
             'digest': training.memory.digest()}

@@ -9,7 +9,8 @@ from comply_msgs.srv import Save
 from comply_ros.core.compliance import confidences
 from comply_ros.core.dialogue import Progress, Refused
 from comply_ros.core.learner_actor import LearnerActor
-from comply_ros.core.method import find_method, MethodError
+from comply_ros.core.method import MethodError
+from comply_ros.core.methods import find_method
 from comply_ros.core.planning import greedy
 from comply_ros.nodes.actor_node import ActorNode, run_node
 from comply_ros.nodes.parameters import (
@@ -78,7 +79,8 @@ class Learner(ActorNode):
             response.message = 'the path of the file must be given, got an empty one'
             return response
         try:
-            save_learning(request.path, self.actor.method, self.actor.memory)
+            save_learning(request.path, self.actor.method, self.actor.memory,
+                          self.actor.advice_heard())
         except OSError as error:
             response.message = f'{request.path}: {error.strerror.lower()}'
             return response
@@ -101,7 +103,8 @@ class Learner(ActorNode):
     def _maps(self, run):
         world, memory = self.actor.world, self.actor.memory
         shape = run, world.grid.width, world.grid.height
-        return (Trust(*shape, confidences(self.actor.method, self.actor.memory)),
+        trust = confidences(self.actor.method, memory, self.actor.advice_heard())
+        return (Trust(*shape, trust),
                 Policy(*shape, greedy(memory.q, world.free).tolist()))
 
 

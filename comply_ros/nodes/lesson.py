@@ -37,8 +37,10 @@ def parameters(options):
     common = {'profile': options.profile, 'seed': options.seed}
     return {
         'grid_world': {'map': _absolute(options.map_name), **common},
-        'mentor': {'mentor': _absolute_mentor(options), 'seed': options.mentor_seed},
-        'learner': {'method': options.method, **common, **row}}
+        'mentor': {'mentor': _absolute_mentor(options), 'seed': options.mentor_seed,
+                   'budget': options.budget, 'advising': options.advising},
+        'learner': {'method': options.method, **common, **row,
+                    'remembers_advice': not (options.budget and options.advising == 'mistakes')}}
 
 
 def write_parameters(options):
@@ -57,7 +59,10 @@ def _absolute(name):
 
 def _absolute_mentor(options):
     kind, _, path = options.mentor.partition(':')
-    return f'file:{_absolute(path)}' if kind == 'file' else options.mentor
+    if kind != 'file':
+        return options.mentor
+    path = options.mentor[len('file:'):]
+    return f'file:{_absolute(path)}'
 
 
 @contextmanager

@@ -13,8 +13,22 @@ from comply_ros.core.mentors import MentorError
 from comply_ros.core.planning import PlanningError
 from comply_ros.core.policy import PolicyError
 from comply_ros.nodes.actor_node import ActorNode, run_node
-from comply_ros.nodes.parameters import MENTOR, MENTOR_SEED, ParameterError
-from comply_ros.nodes.topics import MENTOR_POLICY, Policy, RECOMMEND, RECOMMENDATION, STATE, WORLD
+from comply_ros.nodes.parameters import (
+    ADVISING,
+    BUDGET,
+    MENTOR,
+    MENTOR_SEED,
+    ParameterError,
+)
+from comply_ros.nodes.topics import (
+    ACTION,
+    MENTOR_POLICY,
+    Policy,
+    RECOMMEND,
+    RECOMMENDATION,
+    STATE,
+    WORLD,
+)
 from comply_ros.session.mentors import is_slow, mentor_policy, read_spec
 
 POLL = 0.02  # seconds between looks at a mentor that is being generated
@@ -26,13 +40,15 @@ class Mentor(ActorNode):
     def __init__(self, **kwargs):
         super().__init__('mentor', **kwargs)
         self._spec, self._seed = read_spec(self.declare(MENTOR)), self.declare(MENTOR_SEED)
-        self.actor = MentorActor()
+        self.actor = MentorActor(self.declare(BUDGET), self.declare(ADVISING))
         self._generated, self._poll = None, None
         for topic in (RECOMMENDATION, MENTOR_POLICY):
             self.speaks_on(topic)
         self.create_service(Recommend, RECOMMEND, self.recommend)
         self.listens_to(WORLD, self.hear_world)
         self.listens_to(STATE, self.actor.hear_state)
+        if self.actor.watches:
+            self.listens_to(ACTION, self.actor.hear_action)
 
     def hear_world(self, said):
         """Return the advice for a state that came early; begin to make a policy if one is due."""

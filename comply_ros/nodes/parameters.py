@@ -6,8 +6,10 @@ from typing import NamedTuple
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 
+from comply_ros.core.advising import WHENS, WITHOUT_LIMIT
 from comply_ros.core.draws import SEED_LIMIT
-from comply_ros.core.method import FIELDS, METHODS
+from comply_ros.core.method import FIELDS
+from comply_ros.core.methods import METHODS
 
 
 class ParameterError(ValueError):
@@ -46,7 +48,14 @@ METHOD = Parameter(
     choices=tuple(METHODS['published']))
 MENTOR = Parameter(
     'mentor', 'snapshot:0.75', 'optimal, random, adversarial, noisy:P, snapshot:Q, file:PATH '
-    'or none')
+    'or none; with @C behind it, in a share C of the states only')
+BUDGET = Parameter(
+    'budget', WITHOUT_LIMIT, 'Recommendations that the mentor has to give; 0: no limit', 0,
+    1_000_000_000)
+ADVISING = Parameter(
+    'advising', 'early', 'With a budget, when it gives one: in the first states, where much '
+    'depends on it, or where the learner did something else the last time (then the learner '
+    'needs remembers_advice false)', choices=WHENS)
 MENTOR_SEED = Parameter(
     'seed', 0, 'Which one of the mentors of this kind', 0, SEED_LIMIT)
 MAP_PERIOD = Parameter(
@@ -55,7 +64,8 @@ REMEMBERS_ADVICE = Parameter(
     'remembers_advice', True, 'In a state in which the mentor has spoken before, act at once on '
     'what it said then; what it says now counts from the next visit on')
 
-OURS = (MAP, PROFILE, SEED, RATE, METHOD, MENTOR, MAP_PERIOD, REMEMBERS_ADVICE)
+OURS = (MAP, PROFILE, SEED, RATE, METHOD, MENTOR, BUDGET, ADVISING, MAP_PERIOD,
+        REMEMBERS_ADVICE)
 ROS = {'use_sim_time', 'start_type_description_service'}
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import yaml
 
 from comply_ros.core.grid import FREE, Grid, MapError, OBSTACLE
-from comply_ros.core.method import METHODS
+from comply_ros.core.methods import METHODS
 
 KEYS = ('intended', 'step_limit', 'rewards', 'profiles', 'starts', 'rows')
 REWARDS = ('step', 'obstacle', 'goal')

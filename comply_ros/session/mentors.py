@@ -46,6 +46,11 @@ def mentor_policy(spec, world, seed, on_progress=lambda share: None):
     PolicyError: for a policy file that does not fit the world.
 
     """
+    policy = _whole_policy(spec, world, seed, on_progress)
+    return mentors.sparse_policy(policy, world, spec.coverage, seed)
+
+
+def _whole_policy(spec, world, seed, on_progress):
     if spec.kind == 'file':
         return parse_policy(spec.value, world)
     if spec.kind != 'snapshot':

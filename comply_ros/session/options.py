@@ -6,10 +6,12 @@ from dataclasses import dataclass
 from pathlib import Path
 import sys
 
+from comply_ros.core.advising import check_advising, WITHOUT_LIMIT
 from comply_ros.core.draws import SEED_LIMIT
 from comply_ros.core.grid import Grid, MapError
 from comply_ros.core.mentors import MentorError, Spec
-from comply_ros.core.method import find_method, Method, MethodError, METHODS, with_text
+from comply_ros.core.method import Method, MethodError, with_text
+from comply_ros.core.methods import find_method, METHODS
 from comply_ros.core.planning import PlanningError
 from comply_ros.core.policy import parse_policy, PolicyError
 from comply_ros.core.world import World
@@ -29,6 +31,7 @@ class Options:
     ----------
     map_name, profile, method, mentor, mentor_seed, seed: as given.
     settings: table of what `--set`, `--iterations` and `--episodes` changed.
+    budget, advising: how many recommendations the mentor has, and when it gives one.
     grid, row, spec: the `Grid`, `Method` and mentor `Spec` that these stand for.
     out: `Path` of the folder for the results.
     rest: the parsed command line, for options that only one command has.
@@ -42,6 +45,8 @@ class Options:
     mentor_seed: int
     seed: int
     settings: dict
+    budget: int
+    advising: str
     grid: Grid
     row: Method
     spec: Spec
@@ -58,14 +63,19 @@ def session_parser(program, description):
     add('--method', default='beta_implicit', metavar='NAME',
         help=f'{", ".join(METHODS["published"])} (default: %(default)s)')
     add('--mentor', default='snapshot:0.75', metavar='SPEC',
-        help='optimal, random, adversarial, noisy:P, snapshot:Q, file:PATH, none '
-        '(default: %(default)s)')
+        help='optimal, random, adversarial, noisy:P, snapshot:Q, file:PATH, none; with @C behind '
+        'it, in a share C of the states only (default: %(default)s)')
     add('--mentor-seed', type=int, default=0, metavar='K',
         help='which one of the mentors of this kind (default: %(default)s)')
+    add('--budget', type=int, default=WITHOUT_LIMIT, metavar='N',
+        help='recommendations that the mentor has to give; 0: no limit (default)')
+    add('--advising', default='early', metavar='WHEN',
+        help='with a budget: early, important (where much depends on it) or mistakes (where the '
+        'learner did something else the last time) (default: %(default)s)')
     add('--profile', default='published', metavar='NAME',
         help='report: as its text says; published: as the runs behind its figures '
         '(default: %(default)s)')
-    add('--iterations', metavar='N', help="(default: the method's own, 400 or 600)")
+    add('--iterations', metavar='N', help="(default: the method's own, mostly 400)")
     add('--episodes', metavar='N', help="per iteration (default: the method's own, mostly 15)")
     add('--seed', type=int, default=0, metavar='K', help='(default: %(default)s)')
     add('--set', action='append', default=[], metavar='FIELD=VALUE', dest='changes',
@@ -93,13 +103,14 @@ def check_options(given):
     for name in ('seed', 'mentor_seed'):
         if not 0 <= getattr(given, name) <= SEED_LIMIT:
             raise MethodError(f'{name} must lie in [0, {SEED_LIMIT}], got {getattr(given, name)}')
+    check_advising(given.budget, given.advising)
     grid, spec = read_map(given.map, given.profile), read_spec(given.mentor)
     if spec.kind == 'file':
         parse_policy(spec.value, World(grid))
     mentor = Path(given.mentor).stem if spec.kind == 'file' else given.mentor.replace(':', '_')
     name = f'{Path(given.map).stem}-{given.method}-{mentor}-{given.seed}'
     return Options(given.map, given.profile, given.method, given.mentor, given.mentor_seed,
-                   given.seed, settings, grid, row, spec,
+                   given.seed, settings, given.budget, given.advising, grid, row, spec,
                    prepare_folder(given.out or Path('runs') / name), given)
 
 

@@ -41,9 +41,11 @@ def prepare_folder(path):
     return folder
 
 
-def save_learning(path, method, memory):
+def save_learning(path, method, memory, advice):
     """
     Write the learner's arrays and `confidence[s]` to an .npz file, aside, then rename it.
+
+    advice: `advice[s]` that the confidence is in, -1 where the mentor has said nothing.
 
     Raises
     ------
@@ -55,7 +57,8 @@ def save_learning(path, method, memory):
     aside = path.with_name(f'{path.name}.part')
     try:
         with aside.open('wb') as file:
-            np.savez_compressed(file, **arrays, confidence=np.array(confidences(method, memory)))
+            np.savez_compressed(
+                file, **arrays, confidence=np.array(confidences(method, memory, advice)))
         os.replace(aside, path)
     except BaseException:
         aside.unlink(missing_ok=True)
@@ -70,26 +73,29 @@ def summarize(options, yardstick, mentor_return, *, seed, returns, steps, wall_s
     yardstick: the `Yardstick` of its world.
     mentor_return: exact expected return of the mentor's policy, None without a mentor.
     seed: of this run.
-    returns: mean return of each iteration.
+    returns: mean return of each iteration; convergence, ratio and regret are of those that learn.
     steps: actions taken.
     wall_seconds: of the learning.
     digest: of the learner's arrays.
 
     """
+    counted = returns[options.row.measuring_iterations:]
     threshold = metrics.threshold(options.profile, yardstick.optimal_return)
-    convergence = metrics.time_to_convergence(options.profile, returns, threshold)
+    convergence = metrics.time_to_convergence(options.profile, counted, threshold)
     optimality = None if mentor_return is None else yardstick.optimality(mentor_return)
     return {
         'map': options.map_name, 'profile': options.profile, 'method': options.method,
         'mentor': options.mentor, 'mentor_seed': options.mentor_seed,
+        'budget': options.budget, 'advising': options.advising,
         'mentor_return': mentor_return, 'mentor_optimality': optimality,
         'optimal_return': yardstick.optimal_return, 'random_return': yardstick.random_return,
-        'seed': seed, 'iterations': len(returns), 'episodes': options.row.episodes,
+        'seed': seed, 'iterations': len(returns),
+        'measuring_iterations': len(returns) - len(counted), 'episodes': options.row.episodes,
         'settings': options.settings, 'steps': steps, 'wall_seconds': wall_seconds,
         'steps_per_second': steps / wall_seconds, 'return_per_iteration': list(returns),
         'convergence_threshold': threshold, 'time_to_convergence': convergence,
-        'reward_ratio': metrics.reward_ratio(returns, convergence, yardstick.optimal_return),
-        'regret': metrics.regret(returns, yardstick.optimal_return),
+        'reward_ratio': metrics.reward_ratio(counted, convergence, yardstick.optimal_return),
+        'regret': metrics.regret(counted, yardstick.optimal_return),
         'final_return': returns[-1], 'digest': digest}
 
 

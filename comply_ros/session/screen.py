@@ -63,7 +63,7 @@ def _rows(summary):
     yield 'learner, last', f'{returns[-1]:.2f}', f'iteration {len(returns)}'
     rule = 'at or below' if summary['profile'] == 'published' else 'until the return stays above'
     yield ('time to convergence', 'never' if convergence is None else f'{convergence}',
-           f'of {len(returns)} iterations {rule} {summary["convergence_threshold"]:.2f}')
+           f'of {len(returns) - summary["measuring_iterations"]} iterations {rule} {summary["convergence_threshold"]:.2f}')
     yield ('steps', f'{summary["steps"]:,}',
            f'{summary["steps_per_second"]:,.0f} a second, {summary["wall_seconds"]:.1f} s')
     yield 'digest', summary['digest'][:16], 'the same options give the same bits'
