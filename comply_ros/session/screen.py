@@ -61,9 +61,10 @@ def _rows(summary):
     yield 'random policy', f'{summary["random_return"]:.2f}', ''
     yield 'learner, first', f'{returns[0]:.2f}', f'{summary["method"]}, mean of an iteration'
     yield 'learner, last', f'{returns[-1]:.2f}', f'iteration {len(returns)}'
+    counted = len(returns) - summary['measuring_iterations']
     rule = 'at or below' if summary['profile'] == 'published' else 'until the return stays above'
     yield ('time to convergence', 'never' if convergence is None else f'{convergence}',
-           f'of {len(returns) - summary["measuring_iterations"]} iterations {rule} {summary["convergence_threshold"]:.2f}')
+           f'of {counted} iterations {rule} {summary["convergence_threshold"]:.2f}')
     yield ('steps', f'{summary["steps"]:,}',
            f'{summary["steps_per_second"]:,.0f} a second, {summary["wall_seconds"]:.1f} s')
     yield 'digest', summary['digest'][:16], 'the same options give the same bits'

@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One learning in process from its first iteration to its last, asked for in plain values."""
+
+from functools import cache
+from threading import Lock
+from typing import NamedTuple
+
+import numpy as np
+
+from comply_ros.core import metrics
+from comply_ros.core.advising import Advising, check_advising
+from comply_ros.core.compliance import confidences
+from comply_ros.core.grid import NO_ACTION
+from comply_ros.core.method import MethodError, with_text
+from comply_ros.core.methods import find_method
+from comply_ros.core.planning import Yardstick
+from comply_ros.core.training import Training
+from comply_ros.core.world import World
+from comply_ros.session.maps import read_map
+from comply_ros.session.mentors import mentor_policy, read_spec
+
+_making = Lock()  # a world or a mentor is made once, not once a thread
+
+
+class Run(NamedTuple):
+    """
+    What to learn: the same values as the options of `train`.
+
+    Attributes
+    ----------
+    settings: `((field, value), ...)` of the method that differ from its row.
+
+    """
+
+    map: str = 'maze'
+    profile: str = 'published'
+    method: str = 'beta_implicit'
+    settings: tuple = ()
+    mentor: str = 'none'
+    mentor_seed: int = 0
+    budget: int = 0
+    advising: str = 'early'
+    seed: int = 0
+
+
+class Learned(NamedTuple):
+    """
+    What came of a run.
+
+    Attributes
+    ----------
+    returns: mean return of each iteration.
+    changes: largest change of an action value in each iteration, [] if it was not watched.
+    confidence: `p[s]` at the end. visited: `visited[s]`, bool. q: `q[s, a]`.
+    steps: actions taken. digest: of the learner's arrays.
+
+    """
+
+    returns: list
+    changes: list
+    confidence: list
+    visited: np.ndarray
+    q: np.ndarray
+    steps: int
+    digest: str
+
+
+def row_of(run):
+    """
+    `Method` of a run, with its settings.
+
+    Raises
+    ------
+    MethodError: for an unknown method, profile or field, or a value that the field cannot have.
+
+    """
+    row = find_method(run.method, run.profile)
+    for name, value in run.settings:
+        row = with_text(row, name, str(value))
+    if row.iterations == 0:
+        raise MethodError('a run needs an end: iterations must be at least 1, got 0')
+    return row
+
+
+def check_run(run):
+    """
+    Return if a run can be; its mentor is not generated for that.
+
+    Raises
+    ------
+    ValueError: naming the thing, the rule and the value.
+
+    """
+    row_of(run)
+    read_map(run.map, run.profile)
+    read_spec(run.mentor)
+    check_advising(run.budget, run.advising)
+
+
+@cache
+def _yardstick(name, profile):
+    return Yardstick(World(read_map(name, profile)))
+
+
+def yardstick_of(run):
+    """`Yardstick` of a run's world, made once in a process."""
+    with _making:
+        return _yardstick(run.map, run.profile)
+
+
+@cache
+def _advice(name, profile, mentor, seed):
+    spec = read_spec(mentor)
+    return mentor_policy(spec, _yardstick(name, profile).world, seed)
+
+
+def advice_of(run):
+    """`advice[s]` of a run's mentor, made once in a process."""
+    with _making:
+        return _advice(run.map, run.profile, run.mentor, run.mentor_seed)
+
+
+def learn(run, stop=None, watches_values=False):
+    """
+    Return the `Learned` of a run; None if the `Event` stop was set on the way.
+
+    watches_values: whether to note how much the action values change in each iteration.
+    """
+    world, row, advice = yardstick_of(run).world, row_of(run), advice_of(run)
+    training = Training(world, Advising(world, advice, run.budget, run.advising), row, run.seed)
+    returns, changes, steps = [], [], 0
+    for _ in range(row.iterations):
+        before = training.memory.q.copy() if watches_values else None
+        iteration = training.iterate()
+        returns.append(iteration.mean_return)
+        steps += iteration.steps
+        if watches_values:
+            changes.append(float(np.abs(training.memory.q - before)[world.available].max()))
+        if stop is not None and stop.is_set():
+            return None
+    memory = training.memory
+    return Learned(returns, changes, confidences(row, memory, advice.tolist()),
+                   memory.arrivals > 1.0, memory.q, steps, memory.digest())
+
+
+def measures(run, returns):
+    """
+    Time to convergence, reward ratio and regret of a run, as a table; see `core.metrics`.
+
+    returns: mean return of each iteration; those that only measure are left out.
+    """
+    counted = returns[row_of(run).measuring_iterations:]
+    optimal = yardstick_of(run).optimal_return
+    level = metrics.threshold(run.profile, optimal)
+    convergence = metrics.time_to_convergence(run.profile, counted, level)
+    return {'time_to_convergence': convergence,
+            'reward_ratio': metrics.reward_ratio(counted, convergence, optimal),
+            'regret': metrics.regret(counted, optimal)}
+
+
+def mentor_return(run):
+    """Exact expected return of a run's mentor, None without one."""
+    advice = advice_of(run)
+    return yardstick_of(run).return_of(advice) if (advice != NO_ACTION).any() else None
