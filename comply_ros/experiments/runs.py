@@ -67,7 +67,7 @@ class Learned(NamedTuple):
 
 def row_of(run):
     """
-    `Method` of a run, with its settings.
+    Return the `Method` of a run, with its settings.
 
     Raises
     ------
@@ -135,7 +135,8 @@ def learn(run, stop=None, watches_values=False):
         returns.append(iteration.mean_return)
         steps += iteration.steps
         if watches_values:
-            changes.append(float(np.abs(training.memory.q - before)[world.available].max()))
+            there = world.available
+            changes.append(float(np.abs(training.memory.q[there] - before[there]).max()))
         if stop is not None and stop.is_set():
             return None
     memory = training.memory
