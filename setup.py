@@ -5,7 +5,7 @@ from glob import glob
 
 from setuptools import find_packages, setup
 
-EXECUTABLES = ('grid_world', 'mentor', 'learner', 'lesson', 'train', 'topic')
+EXECUTABLES = ('grid_world', 'mentor', 'learner', 'lesson', 'train', 'reproduce', 'sweep', 'topic')
 
 setup(
     name='comply_ros',

@@ -48,3 +48,13 @@ def topic():
 def train():
     """Run the same learning in one process."""
     return _start('experiments.train', interrupted=130)
+
+
+def reproduce():
+    """Regenerate the figures of the report."""
+    return _start('experiments.reproduce', interrupted=130)
+
+
+def sweep():
+    """Run many learnings, into one table."""
+    return _start('experiments.sweep', interrupted=130)

@@ -13,7 +13,8 @@ DEFAULT_FILE = PathJoinSubstitution([FindPackageShare('comply_ros'), 'config', '
 ARGUMENTS = (
     ('map', '', 'name of a map that comes with the package, or a file'),
     ('method', '', 'how to learn'),
-    ('mentor', '', 'optimal, random, adversarial, noisy:P, snapshot:Q, file:PATH, none'),
+    ('mentor', '', 'optimal, random, adversarial, noisy:P, snapshot:Q, file:PATH, none; @C behind it: a '
+     'share C of the states'),
     ('seed', '', 'seed of the world and the learner'),
     ('profile', '', "settings of the report's text, or of the published runs"),
     ('namespace', '', 'of the three nodes, for a second robot'),
@@ -21,7 +22,11 @@ ARGUMENTS = (
     ('log_level', 'info', 'how much the nodes say'),
 )
 CHOICES = {
-    'method': ['', 'sarsa', 'q_learning', 'constant', 'vanishing', 'beta_implicit', 'explicit'],
+    'method': [
+        '', 'sarsa', 'q_learning', 'sarsa_lambda', 'watkins', 'constant', 'vanishing',
+        'beta_implicit', 'explicit', 'beta_implicit_off_policy', 'explicit_off_policy',
+        'constant_lambda', 'vanishing_lambda', 'beta_implicit_lambda', 'explicit_lambda',
+        'pi_reuse', 'policy_shaping', 'jump_start', 'head_start'],
     'profile': ['', 'report', 'published'],
     'log_level': ['debug', 'info', 'warn', 'error', 'fatal'],
 }

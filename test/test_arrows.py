@@ -15,7 +15,8 @@ ROS = {'rclpy', 'comply_msgs', 'rcl_interfaces', 'rosidl_parser', 'launch', 'lau
 MAY_IMPORT = {
     'core': {'comply_ros.core', 'numpy', 'numba'},
     'session': {'comply_ros.core', 'comply_ros.session', 'numpy', 'matplotlib', 'rich', 'yaml'},
-    'experiments': {'comply_ros.core', 'comply_ros.session', 'comply_ros.experiments', 'numpy'},
+    'experiments': {'comply_ros.core', 'comply_ros.session', 'comply_ros.experiments', 'numpy',
+                    'yaml', 'distributed', 'matplotlib'},
     'nodes': {'comply_ros.core', 'comply_ros.session', 'comply_ros.nodes', 'numpy', 'yaml'} | ROS,
 }
 

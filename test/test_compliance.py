@@ -24,15 +24,16 @@ from comply_ros.core.methods import listening_lead
 
 def p_of(as_run, bench, s=4, advice=RIGHT, step=0):
     """Return the confidence in the advice in state s, at a step of the episode."""
-    q, _, belief, arrivals, schedule, _, _ = bench.arrays
-    return as_run(confidence)(s, advice, step, bench.numbers, q, belief, arrivals, schedule)
+    q, visits, belief, arrivals, schedule, *_ = bench.arrays
+    return as_run(confidence)(s, advice, step, bench.numbers, q, visits, belief, arrivals,
+                              schedule)
 
 
 def update(as_run, bench, a, delta, s=4):
     """Change the belief by a step with action a in state s, where RIGHT was advised."""
     memory = bench.memory
     as_run(update_belief)(s, a, RIGHT, delta, bench.numbers, memory.q, memory.belief,
-                          memory.schedule)
+                          memory.arrivals, memory.schedule)
 
 
 def test_scheduled_trust_is_the_same_everywhere(as_run):  # (3.2), (3.6)

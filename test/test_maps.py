@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Maps from files."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -17,7 +19,7 @@ rows: ['..G', '.#.']
 
 
 def test_the_maps_that_come_with_the_package():
-    assert map_names() == ['bar_grid', 'free_grid', 'maze']
+    assert map_names() == ['bar_grid', 'free_grid', 'maze', 'maze_as_run']
 
 
 def test_maze_is_that_of_the_report():
@@ -29,6 +31,13 @@ def test_maze_is_that_of_the_report():
     assert maze.starts == (0, 40, 1640, 1680)
     assert (maze.step_reward, maze.obstacle_reward, maze.goal_reward) == (-0.1, -10.0, 10.0)
     assert (maze.intended, maze.step_limit) == (0.95, 320)
+
+
+@pytest.mark.parametrize('profile', ['report', 'published'])
+def test_the_maze_as_run_differs_in_its_slips_alone(profile):
+    maze, as_run = (read_map(name, profile) for name in ('maze', 'maze_as_run'))
+    assert maze.slips_bump and not as_run.slips_bump
+    assert replace(as_run, slips_bump=True) == maze
 
 
 def test_a_profile_changes_rewards():
@@ -64,8 +73,11 @@ def test_a_file_is_a_map_too(tmp_path):
     ('goal: 10', 'gaol: 10', 'rewards must be a table of step, obstacle, goal, got '
      "{'step': -1, 'obstacle': -5, 'gaol': 10}"),
     (', obstacle: -5', '', "rewards need the key 'obstacle'"),
-    ('starts', 'beginnings', 'a map has the keys intended, step_limit, rewards, profiles, starts, '
-     "rows, got 'beginnings'"),
+    ('starts', 'beginnings', 'a map has the keys intended, step_limit, rewards, starts, rows, '
+     "profiles, slips_bump, extends, got 'beginnings'"),
+    ('rows:', 'slips_bump: 1\nrows:', 'slips_bump must be true or false, got 1'),
+    ('rows:', 'extends: attic\nrows:', 'extends must name one of bar_grid, free_grid, maze, '
+     "maze_as_run, got 'attic'"),
     ('step_limit: 50\n', '', "a map needs the key 'step_limit'"),
     ('rows:', 'rows: [', 'a map must be valid YAML, got something else in line 7'),
 ])
@@ -87,5 +99,5 @@ def test_what_is_no_map_at_all_is_refused(text):
 def test_a_map_that_is_not_there_is_named():
     with pytest.raises(MapError) as error:
         read_map('nowhere', 'report')
-    assert str(error.value) == ("map 'nowhere': a map must be one of bar_grid, free_grid, maze or "
-                                'a readable file (no such file or directory)')
+    assert str(error.value) == ("map 'nowhere': a map must be one of bar_grid, free_grid, maze, "
+                                'maze_as_run or a readable file (no such file or directory)')

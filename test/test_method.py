@@ -30,7 +30,7 @@ def test_every_field_explains_itself():
     ('discount', 1, 'discount must be a number such as 1.0, got 1'),
     ('off_policy', 1, 'off_policy must be true or false, got 1'),
     ('trust', 'blind', 'trust must be one of none, scheduled, beta, explicit, shaping, '
-     "jump_start, got 'blind'"),
+     "jump_start, head_start, got 'blind'"),
 ])
 def test_a_value_out_of_range_is_refused(name, value, message):
     with pytest.raises(MethodError) as error:

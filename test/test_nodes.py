@@ -129,7 +129,7 @@ def test_every_field_of_a_method_is_a_parameter_with_a_description(tmp_path, nod
     from rcl_interfaces.srv import DescribeParameters, ListParameters
     expect = {
         'grid_world': {'map', 'profile', 'seed', 'rate'},
-        'mentor': {'mentor', 'seed'},
+        'mentor': {'mentor', 'seed', 'budget', 'advising'},
         'learner': {'method', 'profile', 'seed', 'map_period', 'remembers_advice', *FIELDS}}
     with nodes(tmp_path, grid_world=(), mentor=(), learner=()):
         for name, names in expect.items():

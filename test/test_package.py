@@ -14,9 +14,10 @@ from comply_ros.core.method import FIELDS
 from comply_ros.core.methods import METHODS
 
 TOP = Path(__file__).parents[1]
-KNOWN = {'grid_world': {'map', 'profile', 'seed', 'rate'}, 'mentor': {'mentor', 'seed'},
+KNOWN = {'grid_world': {'map', 'profile', 'seed', 'rate'},
+         'mentor': {'mentor', 'seed', 'budget', 'advising'},
          'learner': {'method', 'profile', 'seed', 'map_period', 'remembers_advice', *FIELDS}}
-EXECUTABLES = ('grid_world', 'mentor', 'learner', 'lesson', 'train', 'topic')
+EXECUTABLES = ('grid_world', 'mentor', 'learner', 'lesson', 'train', 'reproduce', 'sweep', 'topic')
 
 
 @pytest.mark.parametrize('name', EXECUTABLES)

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Dynamic programming, with numbers worked out by hand in the corridor `..G`."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from worlds import corridor, grid
@@ -119,3 +121,27 @@ def test_the_value_of_a_policy_in_every_state():  # one step, right: -1 from 0, 
     world = corridor(limit=1)
     pi = probabilities(world, np.array([RIGHT, RIGHT, -1]))
     assert values_of(world, pi).tolist() == pytest.approx([-1.0, 7.8, 0.0])
+
+
+def test_slips_that_never_bump_are_planned_with():
+    # Over `...` with an obstacle above 1 (obstacle -5): right from 1 is 0.8 * 7 + 0.2 * (-1 + 2).
+    rows = grid('.#G', '...')
+    values = np.array([2.0, 0.0, 8.0, 0.0, 0.0, 0.0])
+    kept, bumps = (action_values(World(replace(rows, slips_bump=each)), values)[1, RIGHT]
+                   for each in (False, True))
+    assert kept == pytest.approx(0.8 * 7 + 0.2 * 1)
+    assert bumps == pytest.approx(0.8 * 7 + 0.1 * 1 + 0.1 * -5)
+
+
+@pytest.mark.parametrize('slips_bump', [False, True])
+def test_an_evaluated_policy_is_worth_what_its_action_values_say(slips_bump):
+    world = World(replace(grid('.#G', '...', limit=1), slips_bump=slips_bump))
+    pi = uniform_probabilities(world)
+    q = np.where(world.available, action_values(world, np.zeros(6)), 0.0)
+    assert values_of(world, pi)[world.free].tolist() == pytest.approx(
+        (pi * q).sum(axis=1)[world.free].tolist())
+
+
+def test_the_random_policy_in_the_maze_as_run_is_what_the_published_runs_measured():  # -69.1
+    world = World(read_map('maze_as_run', 'published'))
+    assert Yardstick(world).random_return == pytest.approx(-69.07, abs=0.005)

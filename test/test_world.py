@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The MDP in arrays, and moves in it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from worlds import corridor, grid, room
@@ -31,17 +33,29 @@ def test_an_obstacle_is_paid_for_and_not_entered():
     (0.9667, DOWN), (0.9833, DOWN), (0.9834, UP), (0.999999, UP)])
 def test_a_slip_takes_one_of_the_other_actions(as_run, u, taken):
     world = room(intended=0.95)
-    assert as_run(taken_action)(4, RIGHT, u, 0.95, world.successor) == taken
+    assert as_run(taken_action)(4, RIGHT, u, 0.95, world.slips) == taken
 
 
 @pytest.mark.parametrize('u, taken', [(0.89, RIGHT), (0.91, UP), (0.99999, UP)])
 def test_a_corner_has_one_other_action(as_run, u, taken):
     world = room(intended=0.9)
-    assert as_run(taken_action)(0, RIGHT, u, 0.9, world.successor) == taken  # (2.22)
+    assert as_run(taken_action)(0, RIGHT, u, 0.9, world.slips) == taken  # (2.22)
 
 
 def test_where_there_is_no_other_action_nothing_slips(as_run):
-    assert as_run(taken_action)(0, RIGHT, 0.999, 0.8, corridor().successor) == RIGHT
+    assert as_run(taken_action)(0, RIGHT, 0.999, 0.8, corridor().slips) == RIGHT
+
+
+@pytest.mark.parametrize('slips_bump, u, taken', [
+    (True, 0.81, LEFT), (True, 0.92, UP), (False, 0.81, LEFT), (False, 0.99, LEFT)])
+def test_a_slip_may_be_kept_from_running_into_an_obstacle(as_run, slips_bump, u, taken):
+    world = World(replace(grid('.#G', '...'), slips_bump=slips_bump))
+    assert as_run(taken_action)(1, RIGHT, u, 0.8, world.slips) == taken  # the obstacle is above 1
+
+
+def test_where_only_an_obstacle_is_left_nothing_slips(as_run):
+    world = World(replace(grid('#.', '.G'), slips_bump=False))
+    assert as_run(taken_action)(0, RIGHT, 0.99, 0.8, world.slips) == RIGHT
 
 
 @pytest.mark.parametrize('u, start', [(0.0, 4), (0.49, 4), (0.5, 7), (0.999999999, 7)])

@@ -5,20 +5,25 @@ import math
 
 from comply_ros.core.compiled import kernel
 from comply_ros.core.memory import (
+    AGREED,
     CONFIDENCE,
     DISCARD,
     LISTEN,
+    MET,
+    POOLED,
+    POOLED_DISCARD,
+    POOLED_LISTEN,
     STAGE,
     TEMPERATURE,
     TRUST_RATE,
 )
-from comply_ros.core.method import BETA, EXPLICIT, JUMP_START, SCHEDULED, SHAPING
+from comply_ros.core.method import BETA, EXPLICIT, HEAD_START, JUMP_START, SCHEDULED, SHAPING
 
 NOTHING = -1e308  # below every action value of an action that the cell has
 
 
 @kernel
-def confidence(s, advice, step, method, q, belief, arrivals, schedule):
+def confidence(s, advice, step, method, q, visits, belief, arrivals, schedule):
     """
     Probability of following the mentor in state s: p of (3.2), by (3.6), (3.7) or (3.11).
 
@@ -35,21 +40,84 @@ def confidence(s, advice, step, method, q, belief, arrivals, schedule):
         return shaped(s, advice, schedule[CONFIDENCE], schedule[TEMPERATURE], q)
     if method.trust == JUMP_START:
         return 1.0 if step < guided_steps(schedule[STAGE], method) else 0.0
+    if method.trust == HEAD_START and q[s, advice] == highest_but(s, -1, q):
+        return 1.0 - curiosity(advice, method, schedule) if untried(s, q, visits) > 0 else 1.0
     return 0.0
 
 
 @kernel
-def update_belief(s, a, advice, delta, method, q, belief, schedule):
+def heed(s, advice, method, q, visits, belief, arrivals, schedule):
+    """
+    Change what hearing advice in state s changes, before the choice; advice: -1 for none.
+
+    A head start: the advised action begins above the others, once, and it is counted whether the
+    advice is the best action here. A learned prior: the first belief in a state is the pooled one.
+    """
+    if advice < 0:
+        return
+    if method.trust == HEAD_START:
+        if visits[s, advice] == 1.0:
+            q[s, advice] += belief[s, LISTEN]
+        belief[s, LISTEN] = 0.0
+        schedule[MET] += 1.0
+        if q[s, advice] == highest_but(s, -1, q):
+            schedule[AGREED] += 1.0
+    elif method.learns_prior and arrivals[s] == 1.0:
+        belief[s, LISTEN], belief[s, DISCARD] = pooled_belief(method, schedule)
+
+
+@kernel
+def curiosity(advice, method, schedule):
+    """Chance to try what was never tried: less, the more often the advice is the best action."""
+    doubt = 1.0 - schedule[AGREED] / schedule[MET] if advice >= 0 else 1.0
+    return method.curiosity * doubt
+
+
+@kernel
+def untried(s, q, visits):
+    """How many actions of state s were never tried."""
+    count = 0
+    for a in range(4):
+        count += int(q[s, a] > NOTHING and visits[s, a] == 1.0)
+    return count
+
+
+@kernel
+def pooled_belief(method, schedule):
+    """
+    First belief in a state by all others: as sure as the prior, and as much on one side as they.
+
+    Empirical Bayes (section 5.3): the mean over the states left and the prior itself.
+    """
+    listen = schedule[POOLED_LISTEN] / schedule[POOLED]
+    discard = schedule[POOLED_DISCARD] / schedule[POOLED]
+    if method.trust != BETA:
+        return listen, discard
+    share = beta_mean(listen, discard)
+    strength = method.belief_listen + method.belief_discard
+    return strength * share, strength * (1.0 - share)
+
+
+@kernel
+def update_belief(s, a, advice, delta, method, q, belief, arrivals, schedule):
     """
     Change belief[s] after the step in which action a was taken in state s: (4.2), (3.12).
 
     advice: the mentor's action in s. delta: what the step earned beyond q[s, advice] (3.8), taken
-    before q was updated; q is the updated one.
+    before q was updated; q is the updated one. arrivals: with this step.
     """
+    if method.trust != BETA and method.trust != EXPLICIT:
+        return
+    listen, discard = belief[s, LISTEN], belief[s, DISCARD]
     if method.trust == BETA:
         update_beta(s, a == advice, delta, schedule[TRUST_RATE], method, belief)
-    elif method.trust == EXPLICIT:
+    else:
         update_listening_values(s, a, advice, method, q, belief)
+    if arrivals[s] == 2.0:  # left for the first time: all of its belief is new to the pool
+        schedule[POOLED] += 1.0
+        listen, discard = 0.0, 0.0
+    schedule[POOLED_LISTEN] += belief[s, LISTEN] - listen
+    schedule[POOLED_DISCARD] += belief[s, DISCARD] - discard
 
 
 @kernel
@@ -159,10 +227,11 @@ def confidences(method, memory, advice):
     """
     `p[s]` at the first step in every state: list of floats; 0 where nobody is trusted.
 
-    advice: `advice[s]`, -1 where the mentor has said nothing: there the advice is worth 0 to
-    policy shaping, and what the others make of it does not depend on it.
+    advice: `advice[s]`, -1 where the mentor has said nothing: that matters to policy shaping and
+    to a head start, which weigh the action itself.
     """
     numbers = method.numbers()
-    q, _, belief, arrivals, schedule, _, _ = memory.views()
-    return [confidence(s, said, 0, numbers, q, belief, arrivals, schedule)
-            if said >= 0 or method.trust != 'shaping' else 0.0 for s, said in enumerate(advice)]
+    q, visits, belief, arrivals, schedule, *_ = memory.views()
+    silent = method.trust in ('shaping', 'head_start')
+    return [confidence(s, said, 0, numbers, q, visits, belief, arrivals, schedule)
+            if said >= 0 or not silent else 0.0 for s, said in enumerate(advice)]

@@ -21,6 +21,7 @@ class WorldDescription(NamedTuple):
     goal_reward: float
     intended: float
     step_limit: int
+    slips_bump: bool
     sha256: str
 
 
@@ -106,7 +107,7 @@ def describe(grid, name, run):
         run=run, name=name, width=grid.width, height=grid.height, rows=grid.rows,
         starts=grid.starts, step_reward=grid.step_reward, obstacle_reward=grid.obstacle_reward,
         goal_reward=grid.goal_reward, intended=grid.intended, step_limit=grid.step_limit,
-        sha256=grid.sha256)
+        slips_bump=grid.slips_bump, sha256=grid.sha256)
 
 
 def grid_of(said):
@@ -119,7 +120,7 @@ def grid_of(said):
 
     """
     grid = Grid(tuple(said.rows), tuple(said.starts), said.step_reward, said.obstacle_reward,
-                said.goal_reward, said.intended, said.step_limit)
+                said.goal_reward, said.intended, said.step_limit, said.slips_bump)
     if (grid.width, grid.height) != (said.width, said.height):
         raise ValueError(f'width and height must be those of the rows, {grid.width} x '
                          f'{grid.height}, got {said.width} x {said.height}')

@@ -34,6 +34,8 @@ class Grid:
     intended: probability that a move goes where it was meant to; otherwise it takes one of
         the cell's other actions, uniformly.
     step_limit: number of steps after which an episode is truncated.
+    slips_bump: whether a move that goes astray can run into an obstacle; if not, it takes one of
+        those other actions that lead to another cell.
 
     A state is `y * width + x`, (0, 0) at the lower left.
 
@@ -50,6 +52,7 @@ class Grid:
     goal_reward: float
     intended: float
     step_limit: int
+    slips_bump: bool = True
 
     def __post_init__(self):
         _check_rows(self.rows)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The learner in the conversation: a state and a recommendation in, an action out."""
 
+from comply_ros.core.compliance import heed
 from comply_ros.core.dialogue import (
     Action,
     grid_of,
@@ -16,7 +17,7 @@ from comply_ros.core.draws import Draws, streams
 from comply_ros.core.grid import NO_ACTION
 from comply_ros.core.learning import choose, cool, DRAWS, learn
 from comply_ros.core.memory import Memory, TEMPERATURE
-from comply_ros.core.traces import end_traces
+from comply_ros.core.outcomes import end_episode
 from comply_ros.core.training import mean_return
 from comply_ros.core.world import World
 
@@ -166,6 +167,9 @@ class LearnerActor:
         s, u = asked.state, self._draws.row()
         a, p = NO_ACTION, 0.0
         if not asked.terminated:
+            if self._learns():
+                q, visits, belief, arrivals, schedule, *_ = self._views
+                heed(s, advice, self._numbers, q, visits, belief, arrivals, schedule)
             a, p = choose(s, advice, asked.step, *u, self._numbers, *self._views)
         self._learn_from(asked, a)
         self._previous = s, a, advice
@@ -183,20 +187,29 @@ class LearnerActor:
         episode, step = self._answered
         if asked.step == 0:
             self._seen_whole, self._return = True, 0.0
-            end_traces(self.memory.traces, self.memory.trail)
+            self._end_traces()
         elif (asked.episode, asked.step - 1) != (episode, step):
             self._seen_whole = False
-            end_traces(self.memory.traces, self.memory.trail)
+            self._end_traces()
         else:
             self._return += asked.reward
             self.steps += 1
-            if self.iterations_done >= self.method.measuring_iterations:
+            if self._learns():
                 s, b, advice = self._previous
                 learn(s, b, asked.reward, asked.state, a, asked.terminated, advice,
                       self._numbers, *self._views)
 
+    def _learns(self):
+        return self.iterations_done >= self.method.measuring_iterations
+
+    def _end_traces(self):
+        """Change the memory by what the end of an episode changes; twice is as good as once."""
+        q, visits, _, _, _, traces, trail, outcomes = self._views
+        end_episode(self._numbers, q, visits, outcomes, traces, trail)
+
     def _end_episode(self, asked):
         """Return the `Action` that lets the next episode begin, and the `Progress` if any."""
+        self._end_traces()
         self._answer = Action(*asked[:3], NO_ACTION, False, 0.0)
         if self._seen_whole:
             self._returns.append(self._return)

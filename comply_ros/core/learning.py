@@ -4,9 +4,17 @@
 import math
 
 from comply_ros.core.compiled import kernel
-from comply_ros.core.compliance import confidence, highest_but, NOTHING, update_belief
+from comply_ros.core.compliance import (
+    confidence,
+    curiosity,
+    highest_but,
+    NOTHING,
+    update_belief,
+)
+from comply_ros.core.grid import NO_ACTION
 from comply_ros.core.memory import BEST_RETURN, CONFIDENCE, STAGE, TEMPERATURE, TRUST_RATE
-from comply_ros.core.method import NO_TRUST
+from comply_ros.core.method import HEAD_START, NO_TRUST
+from comply_ros.core.outcomes import enlist, refresh, remember_outcome
 from comply_ros.core.traces import leave_trace, spread
 
 DRAWS = 2  # uniforms per state met: one to listen or not, one for the own choice
@@ -14,28 +22,31 @@ DRAWS = 2  # uniforms per state met: one to listen or not, one for the own choic
 
 @kernel
 def choose(s, advice, step, u_listen, u_act, method,
-           q, visits, belief, arrivals, schedule, traces, trail):
+           q, visits, belief, arrivals, schedule, traces, trail, outcomes):
     """
     Return the action in state s, and the p with which advice was weighed: (3.2), (3.7).
 
     advice: the mentor's action, -1 for none (then p is 0). step: of the episode, from 0.
     u_listen, u_act: uniform in [0, 1). The advice is followed where u_listen < p; otherwise the
-    softmax of (2.24) decides.
+    softmax of (2.24) decides, or curiosity where advice is a head start.
     """
-    if advice < 0 or method.trust == NO_TRUST:
-        return softmax_action(s, -1, u_act, schedule[TEMPERATURE], q), 0.0
-    p = confidence(s, advice, step, method, q, belief, arrivals, schedule)
+    p = 0.0
+    if advice >= 0 and method.trust != NO_TRUST:
+        p = confidence(s, advice, step, method, q, visits, belief, arrivals, schedule)
     if u_listen < p:
         return advice, p
-    excluded = advice if method.excludes_refused else -1
+    if method.trust == HEAD_START:
+        tries = u_listen >= 1.0 - curiosity(advice, method, schedule)
+        return curious_action(s, tries, u_act, q, visits), p
+    excluded = advice if method.excludes_refused and method.trust != NO_TRUST else -1
     return softmax_action(s, excluded, u_act, schedule[TEMPERATURE], q), p
 
 
 @kernel
 def learn(s, a, r, s2, a2, done, advice, method,
-          q, visits, belief, arrivals, schedule, traces, trail):
+          q, visits, belief, arrivals, schedule, traces, trail, outcomes):
     """
-    Change all arrays but schedule by one transition: (2.15), (2.17), (2.26), (3.3).
+    Change all arrays by one transition: (2.15), (2.17), (2.26), (3.3).
 
     done: s2 is terminal and worth nothing. advice: what the mentor said in s, -1 for nothing.
     """
@@ -50,7 +61,10 @@ def learn(s, a, r, s2, a2, done, advice, method,
         target += method.discount * following
     delta = target - q[s, advice] if advice >= 0 else 0.0
     change = learning_rate(visits[s, a], method) * (target - q[s, a])
-    if method.trace_decay > 0.0:
+    if method.replays:
+        remember_outcome(s, a, r, s2, done, visits[s, a], outcomes)
+        enlist(s, traces, trail)
+    elif method.trace_decay > 0.0:
         leave_trace(s, a, method, traces, trail)
         fades = goes_on * method.discount * method.trace_decay
         spread(change, fades, method.trace_floor, q, traces, trail)
@@ -58,8 +72,10 @@ def learn(s, a, r, s2, a2, done, advice, method,
         q[s, a] += change
     visits[s, a] += method.visit_growth
     arrivals[s] += 1.0
+    if method.replays:
+        refresh(s, method.discount, q, visits, outcomes)
     if advice >= 0:
-        update_belief(s, a, advice, delta, method, q, belief, schedule)
+        update_belief(s, a, advice, delta, method, q, belief, arrivals, schedule)
 
 
 @kernel
@@ -100,6 +116,27 @@ def softmax_action(s, excluded, u, temperature, q):
                  weight(s, 1, excluded, best, scale, q),
                  weight(s, 2, excluded, best, scale, q),
                  weight(s, 3, excluded, best, scale, q))
+
+
+@kernel
+def curious_action(s, tries, u, q, visits):
+    """
+    Draw an action of state s that was never tried if one is to be tried, else a best one.
+
+    u: uniform in [0, 1); equally likely among them.
+    """
+    best, untried, ties = highest_but(s, -1, q), 0, 0
+    for a in range(4):
+        untried += int(q[s, a] > NOTHING and visits[s, a] == 1.0)
+        ties += int(q[s, a] == best)
+    tries = tries and untried > 0
+    pick = int(u * (untried if tries else ties))
+    for a in range(4):
+        if (q[s, a] > NOTHING and visits[s, a] == 1.0) if tries else q[s, a] == best:
+            if pick == 0:
+                return a
+            pick -= 1
+    return NO_ACTION
 
 
 @kernel

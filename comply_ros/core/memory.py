@@ -6,7 +6,9 @@ import hashlib
 
 import numpy as np
 
-CONFIDENCE, TEMPERATURE, TRUST_RATE, STAGE, BEST_RETURN = range(5)  # schedule[...]
+# schedule[...]
+CONFIDENCE, TEMPERATURE, TRUST_RATE, STAGE, BEST_RETURN = range(5)
+AGREED, MET, POOLED, POOLED_LISTEN, POOLED_DISCARD = range(5, 10)
 LISTEN, DISCARD = range(2)  # belief[s, ...]
 
 
@@ -23,9 +25,13 @@ class Memory:
     of (3.7), or the two values of (3.10).
     arrivals: `arrivals[s]`, float64: how often s was left, from 1 upwards.
     schedule: float64: the confidence p of (3.6), the temperature of (2.25), the rate of (4.2),
-    how many times a jump start was shortened, the best mean return of an iteration.
+    how many times a jump start was shortened, the best mean return of an iteration; how often
+    the advice was the best action, of how many times; of how many states the belief is pooled,
+    and the sums over them.
     traces: `traces[s, a]`, float64: eligibility (2.20); no rows where the method has no traces.
     trail: int64: how many traces are above 0, then `4 s + a` of each.
+    outcomes: `outcomes[s, a]` is the mean reward, the usual successor and its votes, float64; no
+    rows where the method does not replay.
 
     """
 
@@ -36,12 +42,13 @@ class Memory:
     schedule: np.ndarray
     traces: np.ndarray
     trail: np.ndarray
+    outcomes: np.ndarray
 
     @classmethod
     def fresh(cls, world, method):
         """Return the memory of a learner that has seen nothing of the world yet."""
         states = len(world.terminal)
-        traced = states if method.trace_decay > 0 else 0
+        traced = states if method.trace_decay > 0 or method.replays else 0
         first_belief = (method.belief_listen, method.belief_discard)
         return cls(
             q=np.where(world.available, method.initial_value, -np.inf),
@@ -49,9 +56,10 @@ class Memory:
             belief=np.tile(np.array(first_belief), (states, 1)),
             arrivals=np.ones(states),
             schedule=np.array([method.confidence, method.temperature, method.trust_rate,
-                               0.0, -np.inf]),
+                               0.0, -np.inf, 1.0, 1.0, 1.0, *first_belief]),
             traces=np.zeros((traced, 4)),
-            trail=np.zeros(1 + 4 * traced, dtype=np.int64))
+            trail=np.zeros(1 + 4 * traced, dtype=np.int64),
+            outcomes=np.zeros((states if method.replays else 0, 4, 3)))
 
     def arrays(self):
         """Return the arrays in the order of the fields, without copying them."""

@@ -5,8 +5,8 @@ from collections import namedtuple
 from dataclasses import dataclass, field, fields, replace
 from math import isfinite
 
-TRUSTS = ('none', 'scheduled', 'beta', 'explicit', 'shaping', 'jump_start')
-NO_TRUST, SCHEDULED, BETA, EXPLICIT, SHAPING, JUMP_START = range(len(TRUSTS))
+TRUSTS = ('none', 'scheduled', 'beta', 'explicit', 'shaping', 'jump_start', 'head_start')
+NO_TRUST, SCHEDULED, BETA, EXPLICIT, SHAPING, JUMP_START, HEAD_START = range(len(TRUSTS))
 
 TINY = 1e-9  # the softmax needs a temperature above 0
 ANY = 1_000_000  # a bound for what needs none
@@ -36,6 +36,9 @@ class Method:
 
     off_policy: bool = _field(
         False, 'Learn towards the best next action (2.17), not towards the chosen one (2.15)')
+    replays: bool = _field(
+        False, 'Action values come from where each action usually led and what it earned, and are '
+        'refreshed backwards at the end of an episode, instead of (2.15) and (2.17)')
     discount: float = _field(1.0, 'Discount factor gamma of (2.2)', 0, 1)
     initial_value: float = _field(0.0, 'Action value of what was never tried', -ANY, ANY)
     learning_rate: float = _field(1.0, 'First learning rate of (2.26)', 0, 1)
@@ -59,7 +62,8 @@ class Method:
     trust: str = _field(
         'none', 'Whom to trust: nobody, or the mentor: by a schedule (3.6), by a Beta belief '
         '(3.7), by the values of listening and discarding (3.11), as one more opinion (policy '
-        'shaping), or in the first steps of an episode (jump start)', choices=TRUSTS)
+        'shaping), in the first steps of an episode (jump start), or by a higher first value '
+        '(head start)', choices=TRUSTS)
     excludes_refused: bool = _field(
         False, 'A refused recommendation is left out of the own choice (3.2)')
     confidence: float = _field(
@@ -69,9 +73,16 @@ class Method:
     reuse_factor: float = _field(
         1.0, 'Factor on p of scheduled trust after each step of an episode (pi-reuse)', 0, 1)
     belief_listen: float = _field(
-        8.0, 'First alpha of the Beta belief, or first value of listening (3.13)', -ANY, ANY)
+        8.0, 'First alpha of the Beta belief, first value of listening (3.13), or head start of '
+        'the advice over the other actions', -ANY, ANY)
     belief_discard: float = _field(
         2.0, 'First beta of the Beta belief, or first value of discarding', -ANY, ANY)
+    learns_prior: bool = _field(
+        False, 'The belief in a state never left begins at the mean over all states left, not at '
+        'the two numbers above (section 5.3)')
+    curiosity: float = _field(
+        0.4, 'Head start: chance to try an action that was never tried, where there is no advice; '
+        'with advice, times the share of all advice that is not the best action here', 0, 1)
     trust_rate: float = _field(
         1.0, 'Rate of the Beta belief, gamma of (4.2), or weight of the new value, 1 - beta '
         'of (3.12)', 0, 1000)

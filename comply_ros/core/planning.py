@@ -17,14 +17,23 @@ def action_values(world, values, discount=1.0):
     """
     `q[s, a]` one step ahead of `values[s]` (2.12); -inf where the cell has no such action.
 
-    The other actions of the cell share what is left of the intended probability: (2.22), (3.4).
+    The other moves that it can become share the rest of the probability: (2.22), (3.4).
     """
-    available, intended = world.available, world.grid.intended
-    outcome = np.where(available, world.reward + discount * values[world.successor], 0.0)
-    others = available.sum(axis=1, keepdims=True) - 1
-    slipped = (outcome.sum(axis=1, keepdims=True) - outcome) / np.maximum(others, 1)
-    q = np.where(others > 0, intended * outcome + (1.0 - intended) * slipped, outcome)
-    return np.where(available, q, -np.inf)
+    outcome = np.where(world.available, world.reward + discount * values[world.successor], 0.0)
+    return np.where(world.available, astray(world, outcome, outcome), -np.inf)
+
+
+def astray(world, meant, others):
+    """
+    Return `mean[s, a]` of what happens if a is meant: `meant[s, a]`, or by a slip `others[s, b]`.
+
+    Where a move cannot go astray it is always as meant.
+    """
+    slips, intended = world.slips, world.grid.intended
+    total = np.where(slips, others, 0.0).sum(axis=1, keepdims=True) - np.where(slips, others, 0.0)
+    count = slips.sum(axis=1, keepdims=True) - slips
+    slipped = total / np.maximum(count, 1)
+    return np.where(count > 0, intended * meant + (1.0 - intended) * slipped, meant)
 
 
 def value_iteration(world, discount=1.0):
@@ -90,11 +99,12 @@ def probabilities(world, policy):
 
 def chances(world, pi):
     """`chance[s, b]` that move b really happens under `pi[s, a]`; 0 where nobody can act."""
-    available, intended = world.available, world.grid.intended
-    others = available.sum(axis=1, keepdims=True) - 1
-    slipped = available * (pi.sum(axis=1, keepdims=True) - pi) / np.maximum(others, 1)
-    happens = np.where(others > 0, intended * pi + (1.0 - intended) * slipped, pi)
-    return np.where(world.free[:, None], happens, 0.0)
+    slips, intended = world.slips, world.grid.intended
+    count = slips.sum(axis=1, keepdims=True) - slips
+    kept = np.where(count > 0, intended * pi, pi)
+    leaving = np.where(count > 0, (1.0 - intended) * pi / np.maximum(count, 1), 0.0)
+    arriving = slips * (leaving.sum(axis=1, keepdims=True) - leaving)
+    return np.where(world.free[:, None], kept + arriving, 0.0)
 
 
 def values_of(world, pi):

@@ -8,11 +8,12 @@ import numpy as np
 
 from comply_ros.core.advising import advise, Advising, watch
 from comply_ros.core.compiled import compiled, forget, kernel
+from comply_ros.core.compliance import heed
 from comply_ros.core.draws import Draws, streams
 from comply_ros.core.grid import NO_ACTION
 from comply_ros.core.learning import choose, cool, DRAWS, learn
 from comply_ros.core.memory import Memory, TEMPERATURE
-from comply_ros.core.traces import end_traces
+from comply_ros.core.outcomes import end_episode
 from comply_ros.core.world import first_state, taken_action
 
 EPISODE, STEP, STATE, ACTION, SAID = range(5)  # place[...]: where the walk is
@@ -90,7 +91,7 @@ class Training:
         world, (moves, decisions) = self.world, self._draws
         used = self._play(
             learns, world.grid.step_limit, float(world.grid.intended), world.starts,
-            world.successor, world.reward, world.terminal, *self._mentor.arrays(),
+            world.successor, world.reward, world.slips, world.terminal, *self._mentor.arrays(),
             self._numbers, *self.memory.arrays(), place, tally, self.returns, self.lengths,
             moves.block(), decisions.block())
         moves.use(used)
@@ -103,9 +104,10 @@ def mean_return(returns):
 
 
 @kernel
-def play(learns, step_limit, intended, starts, successor, reward, terminal,
+def play(learns, step_limit, intended, starts, successor, reward, slips, terminal,
          policy, worth, told, left, did, method,
-         q, visits, belief, arrivals, schedule, traces, trail, place, tally, returns, lengths,
+         q, visits, belief, arrivals, schedule, traces, trail, outcomes,
+         place, tally, returns, lengths,
          moves, decisions):
     """
     Change place, tally, returns, lengths and the learner's arrays; return the states met.
@@ -121,17 +123,18 @@ def play(learns, step_limit, intended, starts, successor, reward, terminal,
         u = moves[met, 0]
         if step < 0:
             r, s2, done, over = 0.0, first_state(u, starts), False, False
-            end_traces(traces, trail)
         else:
-            b = taken_action(s, a, u, intended, successor)
+            b = taken_action(s, a, u, intended, slips)
             r, s2 = reward[s, b], successor[s, b]
             done = terminal[s2]
             over = done or step + 1 == step_limit
         a2, said2 = NO_ACTION, NO_ACTION
         if not done:
             said2 = advise(s2, policy, worth, told, left, did)
+            if learns:
+                heed(s2, said2, method, q, visits, belief, arrivals, schedule)
             a2, p = choose(s2, said2, step + 1, decisions[met, 0], decisions[met, 1], method,
-                           q, visits, belief, arrivals, schedule, traces, trail)
+                           q, visits, belief, arrivals, schedule, traces, trail, outcomes)
             watch(s2, a2, did)
             if said2 != NO_ACTION:
                 tally[WEIGHED] += 1.0
@@ -140,10 +143,11 @@ def play(learns, step_limit, intended, starts, successor, reward, terminal,
             returns[episode] += r
             if learns:
                 learn(s, a, r, s2, a2, done, said, method,
-                      q, visits, belief, arrivals, schedule, traces, trail)
+                      q, visits, belief, arrivals, schedule, traces, trail, outcomes)
         met += 1
         step, s, a, said = step + 1, s2, a2, said2
         if over:
+            end_episode(method, q, visits, outcomes, traces, trail)
             lengths[episode] = step
             episode, step = episode + 1, -1
     place[EPISODE], place[STEP], place[STATE] = episode, step, s

@@ -16,6 +16,7 @@ class World:
     grid: the `Grid` that it was made from.
     successor: `successor[s, b]`, int32: where move b leads from s, -1 where there is no such move.
     reward: `reward[s, b]`, float64: what that move earns.
+    slips: `slips[s, b]`, bool: whether a move that goes astray in s can become b.
     terminal: `terminal[s]`, bool: True at a goal.
     obstacle: `obstacle[s]`, bool.
     free: `free[s]`, bool: True where an agent can come to stand and act. A free cell from which
@@ -37,6 +38,8 @@ class World:
         self.reward = np.zeros((len(cells), len(STEPS)))
         for action in range(len(STEPS)):
             self._add_moves(action)
+        somewhere = self.successor != np.arange(len(cells))[:, None]
+        self.slips = self.available & (grid.slips_bump | somewhere)
 
     def _add_moves(self, action):
         """Change successor and reward: fill in the column of one action."""
@@ -57,24 +60,24 @@ class World:
 
 
 @kernel
-def taken_action(s, a, u, intended, successor):
+def taken_action(s, a, u, intended, slips):
     """
     Return the action that really happens when a is meant in state s: (2.22), (3.4).
 
     u: uniform in [0, 1). Below `intended` the move is as meant; the rest of the interval is
-    shared evenly by the other actions of the cell.
+    shared evenly by the other actions that it can become.
     """
     if u < intended:
         return a
     others = 0
     for b in range(4):
-        if b != a and successor[s, b] >= 0:
+        if b != a and slips[s, b]:
             others += 1
     if others == 0:
         return a
     pick = min(int((u - intended) / (1.0 - intended) * others), others - 1)
     for b in range(4):
-        if b != a and successor[s, b] >= 0:
+        if b != a and slips[s, b]:
             if pick == 0:
                 return b
             pick -= 1

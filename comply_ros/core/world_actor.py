@@ -26,6 +26,7 @@ class WorldActor:
         self._limit, self._intended = grid.step_limit, float(grid.intended)
         self._successor = memoryview(self._world.successor)
         self._reward = memoryview(self._world.reward)
+        self._slips = memoryview(self._world.slips)
         self._starts, self._terminal = grid.starts, self._world.terminal.tolist()
         self.description = describe(grid, name, run)
         self._total = 0.0
@@ -73,7 +74,7 @@ class WorldActor:
     def _move(self, action):
         run, episode, step, s, *_ = self.question
         u, = self._draws.row()
-        taken = taken_action(s, action, u, self._intended, self._successor)
+        taken = taken_action(s, action, u, self._intended, self._slips)
         reward, s2, step = self._reward[s, taken], self._successor[s, taken], step + 1
         self._total += reward
         terminated = self._terminal[s2]

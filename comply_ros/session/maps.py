@@ -9,7 +9,8 @@ import yaml
 from comply_ros.core.grid import FREE, Grid, MapError, OBSTACLE
 from comply_ros.core.methods import METHODS
 
-KEYS = ('intended', 'step_limit', 'rewards', 'profiles', 'starts', 'rows')
+KEYS = ('intended', 'step_limit', 'rewards', 'starts', 'rows')
+OPTIONAL = ('profiles', 'slips_bump', 'extends')
 REWARDS = ('step', 'obstacle', 'goal')
 
 
@@ -54,14 +55,15 @@ def parse_map(text, profile):
     MapError: naming the rule that is broken and the value.
 
     """
-    content = _parse_yaml(text)
+    content = _extended(_parse_yaml(text))
     _check_keys(content)
     rows = _rows(content['rows'])
     step, obstacle, goal = _rewards(content, profile, rows)
     return Grid(rows=rows, starts=_starts(content['starts'], rows),
                 step_reward=step, obstacle_reward=obstacle, goal_reward=goal,
                 intended=_number(content['intended'], 'intended'),
-                step_limit=_whole(content['step_limit'], 'step_limit'))
+                step_limit=_whole(content['step_limit'], 'step_limit'),
+                slips_bump=_truth(content.get('slips_bump', True), 'slips_bump'))
 
 
 def _parse_yaml(text):
@@ -77,12 +79,22 @@ def _parse_yaml(text):
     return content
 
 
+def _extended(content):
+    """Return a table with the keys of the map that it extends, where it has none itself."""
+    name = content.pop('extends', None)
+    if name is None:
+        return content
+    if name not in map_names():
+        raise MapError(f'extends must name one of {", ".join(map_names())}, got {_short(name)}')
+    return {**_extended(_parse_yaml(_text_of(name))), **content}
+
+
 def _check_keys(content):
     for key in content:
-        if key not in KEYS:
-            raise MapError(f'a map has the keys {", ".join(KEYS)}, got {key!r}')
+        if key not in KEYS + OPTIONAL:
+            raise MapError(f'a map has the keys {", ".join(KEYS + OPTIONAL)}, got {key!r}')
     for key in KEYS:
-        if key not in content and key != 'profiles':
+        if key not in content:
             raise MapError(f'a map needs the key {key!r}')
 
 
@@ -137,6 +149,12 @@ def _number(value, name):
     if type(value) not in (int, float):
         raise MapError(f'{name} must be a number, got {_short(value)}')
     return float(value)
+
+
+def _truth(value, name):
+    if type(value) is not bool:
+        raise MapError(f'{name} must be true or false, got {_short(value)}')
+    return value
 
 
 def _whole(value, name):

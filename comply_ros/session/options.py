@@ -128,15 +128,24 @@ def _changes(given):
 def main_with(parser, run, argv):
     """Parse a command line, run it, and return the exit code; a mistake is one line and 2."""
     given = parser.parse_args(argv[1:])
+    return guarded(parser.prog, MISTAKES, lambda: run(check_options(given)))
+
+
+def guarded(program, mistakes, run):
+    """
+    Return the exit code of run(); what goes wrong is told in one line.
+
+    mistakes: exception types whose message is for the user (exit code 2).
+    """
     try:
-        return run(check_options(given))
-    except MISTAKES as mistake:
-        print(f'{parser.prog}: {mistake}', file=sys.stderr)
+        return run()
+    except mistakes as mistake:
+        print(f'{program}: {mistake}', file=sys.stderr)
         return 2
     except OSError as error:
-        print(f'{parser.prog}: {error.filename}: {(error.strerror or str(error)).lower()}',
-              file=sys.stderr)
+        reason = (error.strerror or str(error)).lower()
+        print(f'{program}: {error.filename or "output"}: {reason}', file=sys.stderr)
         return 1
     except KeyboardInterrupt:
-        print(f'{parser.prog}: interrupted', file=sys.stderr)
+        print(f'{program}: interrupted', file=sys.stderr)
         return 130

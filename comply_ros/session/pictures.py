@@ -1,19 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """The two pictures of a session: the learning curve, and the map of trust."""
 
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.collections import PatchCollection
-from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
-from matplotlib.patches import Rectangle
 from matplotlib.ticker import MaxNLocator
 import numpy as np
 
-from comply_ros.core.grid import NO_ACTION, STEPS
+from comply_ros.session.grid_pictures import (
+    BLUE,
+    draw_trust,
+    GREEN,
+    grid_figure,
+    INK,
+    ORANGE,
+    write_picture,
+)
 
-# Blue-green against vermilion: told apart with any kind of colour vision, and on a grey print.
-BLUE, GREEN, RED, ORANGE, INK, PALE = '#0072B2', '#009E73', '#CC3311', '#E69F00', '#222', '#bbb'
-TRUST = LinearSegmentedColormap.from_list('trust', [RED, '#e8d9b0', GREEN])
 WINDOW = 9  # iterations in the running mean of a learning curve, at most
 
 
@@ -49,7 +50,7 @@ def draw_learning_curve(path, curves, summary):
     axes.grid(color='#eee')
     axes.set_axisbelow(True)
     axes.legend(frameon=False, loc='center right')
-    _write(figure, path)
+    write_picture(figure, path)
 
 
 def running_mean(values):
@@ -70,51 +71,12 @@ def draw_trust_map(path, world, advice, confidence, visited, summary):
     summary: of the run.
 
     """
-    grid = world.grid
-    size = 8.0 / max(grid.width, grid.height)
-    figure = Figure(figsize=(grid.width * size + 1.2, grid.height * size + 0.7),
-                    layout='constrained')
-    axes = figure.add_subplot()
-    _draw_cells(axes, world)
-    there = world.free & (advice != NO_ACTION)
-    _arrows(axes, grid, np.flatnonzero(there & ~visited), advice, color=PALE)
-    seen = np.flatnonzero(there & visited)
-    drawn = _arrows(axes, grid, seen, advice, confidence[seen], cmap=TRUST, clim=(0, 1))
-    bar = figure.colorbar(drawn, ax=axes, shrink=0.6, pad=0.02)
-    bar.set_label('confidence in the mentor', color=INK)
-    bar.outline.set_visible(False)
-    axes.set(xlim=(-0.7, grid.width - 0.3), ylim=(-0.7, grid.height - 0.3), aspect='equal',
-             xticks=[], yticks=[])
-    axes.spines[:].set_color(PALE)
-    axes.set_title(f'Where {summary["method"]} listens to its mentor ({summary["mentor"]}); '
-                   'grey: never visited', loc='left', fontsize=11, color=INK)
-    _write(figure, path)
-
-
-def _draw_cells(axes, world):
-    squares = [Rectangle((x - 0.5, y - 0.5), 1, 1)
-               for x, y in map(world.grid.place, np.flatnonzero(world.obstacle))]
-    axes.add_collection(PatchCollection(squares, facecolor='#d8d8d8', edgecolor='none'))
-    for name, states, colour in (('goal', np.flatnonzero(world.terminal), INK),
-                                 ('start', world.starts, BLUE)):
-        if name == 'goal' or len(states) <= 16:
-            x, y = world.grid.place(states)
-            axes.scatter(x, y, s=70, marker='*' if name == 'goal' else 'o', color=colour,
-                         zorder=0, alpha=1.0 if name == 'goal' else 0.35, linewidth=0)
-
-
-def _arrows(axes, grid, states, advice, *values, **style):
-    """Draw one arrow in each of the states, centred in its cell."""
-    x, y = grid.place(states)
-    dx, dy = np.array(STEPS)[advice[states]].T * 0.72
-    return axes.quiver(x, y, dx, dy, *values, pivot='mid', units='xy', scale=1, width=0.14,
-                       headwidth=3.4, headlength=3.2, headaxislength=2.9, **style)
+    figure, axes = grid_figure(
+        world, f'Where {summary["method"]} listens to its mentor ({summary["mentor"]}); '
+        'grey: never visited', beside=1.2)
+    draw_trust(figure, axes, world, advice, confidence, visited)
+    write_picture(figure, path)
 
 
 def _level(axes, value, colour, name, line):
     axes.axhline(value, color=colour, linestyle=line, linewidth=1.5, label=f'{name} ({value:.2f})')
-
-
-def _write(figure, path):
-    FigureCanvasAgg(figure)
-    figure.savefig(path, dpi=150, facecolor='white')

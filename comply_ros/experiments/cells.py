@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Cells of an experiment on disk: one run repeated with many seeds, computed once."""
+
+import hashlib
+import os
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from comply_ros.core.compiled import fingerprint
+from comply_ros.session.mentors import read_spec
+
+
+class CellData(NamedTuple):
+    """
+    What came of one run with the seeds 0, 1, ...
+
+    Attributes
+    ----------
+    returns: `returns[seed, iteration]`, mean of an episode.
+    changes: `changes[seed, iteration]`, largest change of an action value; empty if not watched.
+    steps: `steps[seed]`, actions taken.
+    confidence, visited, q: of the learner with seed 0, by state.
+
+    """
+
+    returns: np.ndarray
+    changes: np.ndarray
+    steps: np.ndarray
+    confidence: np.ndarray
+    visited: np.ndarray
+    q: np.ndarray
+
+
+class Cells:
+    """
+    A folder of cells, each a file named by what was run and by the sources of core.
+
+    Parameters
+    ----------
+    folder: where the files are.
+    seeds: how many seeds a cell must have.
+
+    """
+
+    def __init__(self, folder, seeds):
+        self.folder, self.seeds, self._loaded = Path(folder), seeds, {}
+
+    def has(self, run, watched=False):
+        """Tell whether the cell is there, whole, with enough seeds, and watched if it must be."""
+        cell = self._read(run)
+        return cell is not None and (cell.changes.size > 0 or not watched)
+
+    def load(self, run):
+        """
+        Return the `CellData` of a run.
+
+        Raises
+        ------
+        KeyError: if it is not there.
+
+        """
+        cell = self._read(run)
+        if cell is None:
+            raise KeyError(run)
+        return cell
+
+    def save(self, run, learned):
+        """Write a cell aside, then rename it; learned: `Learned` of the seeds 0, 1, ..."""
+        first = learned[0]
+        cell = CellData(
+            np.array([each.returns for each in learned]),
+            np.array([each.changes for each in learned]),
+            np.array([each.steps for each in learned]),
+            np.array(first.confidence), first.visited, first.q)
+        self.folder.mkdir(parents=True, exist_ok=True)
+        path = self._path(run)
+        aside = path.with_suffix('.part')
+        try:
+            with aside.open('wb') as file:
+                np.savez_compressed(file, **cell._asdict())
+            os.replace(aside, path)
+        except BaseException:
+            aside.unlink(missing_ok=True)
+            raise
+        self._loaded[path] = cell
+
+    def _path(self, run):
+        spec = read_spec(run.mentor)  # a file counts by its text, not by its name
+        key = repr((run._replace(seed=0, mentor=''), spec, fingerprint()))
+        name = hashlib.sha256(key.encode()).hexdigest()[:16]
+        return self.folder / f'{run.map}-{run.method}-{name}.npz'.replace('/', '_')
+
+    def _read(self, run):
+        path = self._path(run)
+        if path not in self._loaded:
+            try:
+                with np.load(path) as file:
+                    self._loaded[path] = CellData(**{name: file[name] for name in file})
+            except (OSError, EOFError, ValueError, KeyError, TypeError):  # not there, or spoiled
+                return None
+        cell = self._loaded[path]
+        if len(cell.returns) < self.seeds:
+            return None
+        return cell._replace(returns=cell.returns[:self.seeds], changes=cell.changes[:self.seeds],
+                             steps=cell.steps[:self.seeds])

@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Figures that the report has not: what it left open (section 5.3), and what does better."""
+
+from comply_ros.core.advising import WHENS
+from comply_ros.experiments.figures import as_drawn, Figure, maze_of, taught
+from comply_ros.experiments.runs import Run
+
+MAZE = 'maze'  # with slips that can bump, as the report describes it: the harder one
+OURS = 'head_start'
+BASELINES = ('pi_reuse', 'policy_shaping', 'jump_start')
+COMPARED = ('vanishing', 'beta_implicit', 'explicit', 'explicit_lambda', *BASELINES, OURS)
+COVERAGES = (1.0, 0.5, 0.2, 0.1, 0.0)
+BUDGETS = (10, 30, 100, 300, 1000)
+TEACHERS = {'100 %': 'optimal', '99.9 %': None, '~74 %': None, '50 %': None, 'random': 'random',
+            'adversarial': 'adversarial'}
+
+# Variants of our learner and of the report's: what each changes, by name.
+TRIED = {
+    'no head start': (OURS, {'belief_listen': 0.0}),
+    'half the head start': (OURS, {'belief_listen': 0.15}),
+    'twice the head start': (OURS, {'belief_listen': 0.6}),
+    'no curiosity': (OURS, {'curiosity': 0.0}),
+    'half the curiosity': (OURS, {'curiosity': 0.2}),
+    'twice the curiosity': (OURS, {'curiosity': 0.8}),
+    'first values 0': (OURS, {'initial_value': 0.0}),
+    'first values 6': (OURS, {'initial_value': 6.0}),
+    'one-step Q-learning instead of outcomes': (
+        OURS, {'replays': False, 'learning_rate_exponent': 0.2}),
+    'Watkins traces instead of outcomes': (
+        OURS, {'replays': False, 'learning_rate_exponent': 0.2, 'trace_decay': 0.8}),
+    'explicit trust with outcomes': (
+        'explicit', {'replays': True, 'visit_growth': 1.0, 'off_policy': True}),
+    'Beta trust with outcomes': (
+        'beta_implicit', {'replays': True, 'visit_growth': 1.0, 'off_policy': True}),
+    'explicit trust with traces': ('explicit_lambda', {}),
+    'Beta trust with traces': ('beta_implicit_lambda', {}),
+    'explicit trust, off-policy': ('explicit_off_policy', {}),
+}
+
+
+def teachers(mentors):
+    """Table from how a mentor is called to its spec: from the best to the worst."""
+    return {**TEACHERS, '99.9 %': mentors.good, '~74 %': mentors.fair, '50 %': mentors.bad}
+
+
+def own_figures(profile, mentors):
+    """List of the `Figure` of what goes beyond the report."""
+    named = teachers(mentors)
+    return [
+        Figure('regret', 'Regret with every mentor', 'The regret of every way of complying, with '
+               'mentors from optimal to adversarial; "alone" is our learner without a mentor',
+               'regrets', {**{(method, name): taught(method, profile, mentor, MAZE)
+                              for method in COMPARED for name, mentor in named.items()},
+                           (f'{OURS}, alone', None): taught(OURS, profile, 'none', MAZE)},
+               axis='mentor'),
+        Figure('curves', 'Learning with the mentor of 50 %', 'How fast each learns with a mentor '
+               'that loops', 'curves', {method: taught(method, profile, mentors.bad, MAZE)
+                                        for method in ('explicit', 'policy_shaping', OURS)}),
+        Figure('coverage', 'Sparse demonstrations', 'A mentor of 75 % that has advice in a share '
+               'of the states only', 'regrets',
+               {(method, coverage): taught(method, profile, f'snapshot:0.75@{coverage}', MAZE)
+                for method in ('vanishing', 'beta_implicit', 'explicit', OURS)
+                for coverage in COVERAGES}, axis='share of the states with advice'),
+        Figure('budget', f'An advice budget ({OURS}, optimal mentor)', 'An optimal mentor with N '
+               'recommendations to give: in the first states, where much depends on it, or where '
+               'the learner did something else the last time', 'regrets',
+               {(when, budget): Run(MAZE, profile, OURS, (), 'optimal', 0, budget, when)
+                for when in WHENS for budget in BUDGETS},
+               axis='recommendations'),
+        Figure('prior', 'Learned priors', 'The belief in a state that was never left begins as it '
+               'is set, or is learned from all other states', 'regrets',
+               {**{(method, name): taught(method, profile, mentor, MAZE)
+                   for method in ('beta_implicit', 'explicit') for name, mentor in named.items()},
+                **{(f'{method}, learned prior', name): taught(
+                    method, profile, mentor, MAZE, learns_prior=True)
+                   for method in ('beta_implicit', 'explicit')
+                   for name, mentor in named.items()}}, axis='mentor'),
+        Figure('tried', 'Variants', 'What each part is worth, and what was tried besides',
+               'table', {(name, column): taught(method, profile, named[column], MAZE, **settings)
+                         for name, (method, settings) in TRIED.items()
+                         for column in ('100 %', '99.9 %', '~74 %', '50 %', 'adversarial')}),
+        Figure('rows', 'The settings as they are handed down', '', 'table',
+               {(method, level): taught(method, profile, mentor)
+                for method in ('vanishing', 'beta_implicit', 'explicit')
+                for level, mentor in mentors.levels().items()}, maze_of(profile)),
+        Figure('both_mazes', 'The published tables with slips that can bump', '', 'table',
+               {**{(method, level): as_drawn(method, profile, mentor)._replace(map=MAZE)
+                   for method in ('vanishing', 'beta_implicit', 'explicit')
+                   for level, mentor in mentors.levels().items()},
+                **{(method, None): Run(MAZE, profile, method, (('iterations', iterations),))
+                   for method, iterations in (('sarsa', 600), ('q_learning', 600),
+                                              ('sarsa_lambda', 400), ('watkins', 400))}}),
+    ]

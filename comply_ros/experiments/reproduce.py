@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`reproduce`: every figure of the report, computed in parallel, resumed, drawn, compared."""
+
+import argparse
+from concurrent.futures import as_completed, ThreadPoolExecutor
+import json
+import os
+from pathlib import Path
+
+from comply_ros.core.methods import METHODS
+from comply_ros.experiments import runs
+from comply_ros.experiments.cells import Cells
+from comply_ros.experiments.drawings import DRAWINGS
+from comply_ros.experiments.figures import Mentors, report_figures
+from comply_ros.experiments.numbers import numbers_of
+from comply_ros.experiments.own_figures import own_figures
+from comply_ros.experiments.page import write_page
+from comply_ros.experiments.results_data import Results
+from comply_ros.experiments.style import save
+from comply_ros.session.interrupts import check, interrupts
+from comply_ros.session.options import guarded, MISTAKES
+from comply_ros.session.results import OutputError, prepare_folder
+from comply_ros.session.screen import console, progress_bar
+
+
+class FigureError(ValueError):
+    """A figure that there is not, or that cannot be drawn; the message names it."""
+
+
+def main(argv):
+    """Run the command; return the exit code."""
+    parser = argparse.ArgumentParser(
+        'reproduce', description='Regenerate the figures of the report, and compare them.')
+    add = parser.add_argument
+    add('--figures', nargs='+', metavar='NAME', help='such as 4.15 4.16 (default: all)')
+    add('--seeds', type=int, default=30, metavar='N', help='(default: %(default)s)')
+    add('--profile', default='published', metavar='NAME',
+        help=f'{" or ".join(METHODS)} (default: %(default)s)')
+    add('--mentors', metavar='DIR', help='a folder with mentor_1.txt (99.9 %%) and mentor_3.txt '
+        '(50 %%) to use instead of generated mentors')
+    add('--out', metavar='DIR', help='(default: runs/reproduce-PROFILE)')
+    add('--redraw', action='store_true', help='draw again what is there, without computing')
+    add('--page', metavar='FILE', help='write the page there too, its pictures beside it')
+    given = parser.parse_args(argv[1:])
+    return guarded('reproduce', (*MISTAKES, FigureError), lambda: run(given))
+
+
+def run(given):
+    """Compute what is missing, draw, compare, write; return the exit code."""
+    if given.seeds < 1:
+        raise FigureError(f'seeds must be at least 1, got {given.seeds}')
+    if given.profile not in METHODS:
+        raise FigureError(f'profile must be one of {", ".join(METHODS)}, got {given.profile!r}')
+    mentors = mentors_of(given)
+    figures = chosen(given, mentors)
+    out = prepare_folder(given.out or Path('runs') / f'reproduce-{given.profile}')
+    cells = Cells(out / 'data', given.seeds)
+    results = Results(cells, given.profile)
+    with interrupts() as stop, progress_bar() as bar:
+        watched = {each for figure in figures if figure.kind == 'changes'
+                   for each in figure.all_runs()}
+        missing = [each for each in runs_of(figures) if not cells.has(each, each in watched)]
+        if missing and given.redraw:
+            raise FigureError(f'{out} must have been computed to be drawn again with '
+                              f'{given.seeds} seeds, but lacks {len(missing)} of its cells')
+        compute(missing, watched, cells, stop, bar)
+        draw(figures, results, out, stop, bar)
+    numbers = numbers_of(results, figures, mentors)
+    write_json(out / 'results.json', numbers)
+    pages = [out / 'results.md'] + ([Path(given.page)] if given.page else [])
+    for page in pages:
+        write_page(page, numbers, figures, out / 'figures')
+    tell(numbers, out, pages)
+    return 0
+
+
+def mentors_of(given):
+    """Return the `Mentors`: generated ones, or those of the folder that was given."""
+    if not given.mentors:
+        return Mentors()
+    folder = Path(given.mentors).expanduser()
+    return Mentors(good=f'file:{folder / "mentor_1.txt"}', bad=f'file:{folder / "mentor_3.txt"}')
+
+
+def chosen(given, mentors):
+    """
+    List of the figures that were asked for.
+
+    Raises
+    ------
+    FigureError: for a name that no figure has.
+
+    """
+    figures = report_figures(given.profile, mentors) + own_figures(given.profile, mentors)
+    names = [figure.name for figure in figures]
+    for name in given.figures or ():
+        if name not in names:
+            raise FigureError(f'a figure must be one of {", ".join(names)}, got {name!r}')
+    return [each for each in figures if not given.figures or each.name in given.figures]
+
+
+def runs_of(figures):
+    """List of all different runs of the figures, in their order; each is checked."""
+    every = dict.fromkeys(each for figure in figures for each in figure.all_runs())
+    for each in every:
+        runs.check_run(each)
+    return list(every)
+
+
+def compute(missing, watched, cells, stop, bar):
+    """Fill the missing cells, on all cores; a cell is kept as soon as its seeds are done."""
+    if not missing:
+        return
+    task = bar.add_task('learning', total=len(missing) * cells.seeds, now='')
+    learned = {each: {} for each in missing}
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        jobs = {pool.submit(runs.learn, each._replace(seed=seed), stop, each in watched):
+                (each, seed)
+                for each in missing for seed in range(cells.seeds)}
+        try:
+            for job in as_completed(jobs):
+                each, seed = jobs.pop(job)
+                learned[each][seed] = job.result()
+                check(stop)
+                if len(learned[each]) == cells.seeds:
+                    done = learned.pop(each)
+                    cells.save(each, [done[number] for number in range(cells.seeds)])
+                bar.update(task, advance=1, now=each.method)
+        except BaseException:
+            stop.set()
+            pool.shutdown(cancel_futures=True)
+            raise
+
+
+def draw(figures, results, out, stop, bar):
+    """Draw the figures into the folder."""
+    folder = prepare_folder(out / 'figures')
+    task = bar.add_task(
+        'drawing', total=sum(each.kind != 'table' for each in figures), now='')
+    for figure in figures:
+        check(stop)
+        if figure.kind == 'table':
+            continue
+        save(DRAWINGS[figure.kind](figure, results), folder / f'{figure.name}.png')
+        bar.update(task, advance=1, now=figure.name)
+
+
+def write_json(path, table):
+    """Write a table aside, then rename it; nothing in it is infinite or nan."""
+    aside = path.with_suffix('.part')
+    try:
+        aside.write_text(json.dumps(table, indent=1, allow_nan=False) + '\n')
+        os.replace(aside, path)
+    except OSError as error:
+        aside.unlink(missing_ok=True)
+        raise OutputError(f'{path} must be writable ({error.strerror.lower()})') from None
+
+
+def tell(numbers, out, pages):
+    """Print how many figures agree, and where everything is."""
+    verdicts = [each['agrees'] for each in numbers['figures'].values() if 'agrees' in each]
+    console.print(f'\n{sum(verdicts)} of {len(verdicts)} figures agree with the report')
+    for path in (out / 'figures', out / 'results.json', *pages):
+        console.print(f'  {path}', soft_wrap=True)

@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What figures, verdicts and tables ask of the results: from cells on disk and known worlds."""
+
+import numpy as np
+
+from comply_ros.core.grid import NO_ACTION
+from comply_ros.core.planning import action_values, greedy, optimal_values
+from comply_ros.core.training import Training
+from comply_ros.experiments import runs
+from comply_ros.experiments.runs import Run
+
+WRONG = 0.15  # a recommendation that costs more than this, one step and a half, is wrong
+EVERY = 10  # iterations between two looks at a learner's greedy policy
+
+
+class Results:
+    """
+    Results of the experiments.
+
+    Parameters
+    ----------
+    cells: the `Cells` on disk.
+    profile: whose worlds and metrics.
+
+    """
+
+    def __init__(self, cells, profile):
+        self.cells, self.profile = cells, profile
+
+    def world(self, grid):
+        """Return the `World` of a map."""
+        return runs.yardstick_of(Run(grid, self.profile)).world
+
+    def optimal_return(self, run):
+        """Exact expected return of the optimal policy."""
+        return runs.yardstick_of(run).optimal_return
+
+    def return_at(self, run, level):
+        """Return between the random policy's (0) and the optimal one's (1)."""
+        yardstick = runs.yardstick_of(run)
+        return yardstick.random_return + level * (
+            yardstick.optimal_return - yardstick.random_return)
+
+    def cell(self, run):
+        """Return the `CellData` of a run."""
+        return self.cells.load(run)
+
+    def counted(self, run):
+        """`returns[seed, iteration]` of the iterations that learn."""
+        return self.cell(run).returns[:, runs.row_of(run).measuring_iterations:]
+
+    def measured(self, run, name):
+        """List over the seeds of `time_to_convergence`, `reward_ratio` or `regret`."""
+        values = [runs.measures(run, each.tolist())[name] for each in self.cell(run).returns]
+        if name == 'time_to_convergence':  # never: not before the end
+            most = self.counted(run).shape[1]
+            return [most if value is None else value for value in values]
+        return values
+
+    def advice(self, run):
+        """`advice[s]` of the run's mentor."""
+        return runs.advice_of(run)
+
+    def mentor_return(self, run):
+        """Exact expected return of the run's mentor."""
+        return runs.mentor_return(run)
+
+    def wrong(self, run):
+        """`wrong[s]`, bool: where following the mentor once costs more than a step and a half."""
+        world, advice = self.world(run.map), self.advice(run)
+        q = action_values(world, optimal_values(world))
+        advised = q[np.arange(len(q)), np.maximum(advice, 0)]
+        return world.free & (advice != NO_ACTION) & (q.max(axis=1) - advised > WRONG)
+
+    def trusted(self, run):
+        """List of the confidences in the states that the learner visited and that have advice."""
+        cell = self.cell(run)
+        there = cell.visited & (self.advice(run) != NO_ACTION) & self.world(run.map).free
+        return cell.confidence[there]
+
+    def greedy_return(self, run):
+        """Exact expected return of the greedy policy that the learner with seed 0 ends with."""
+        yardstick = runs.yardstick_of(run)
+        return yardstick.return_of(greedy(self.cell(run).q, yardstick.world.free))
+
+    def growth(self, run):
+        """
+        Return iterations, the learner's mean return in each, its greedy policy's exact return.
+
+        Every tenth iteration of the learner with seed 0.
+        """
+        yardstick, row = runs.yardstick_of(run), runs.row_of(run)
+        world = yardstick.world
+        training = Training(world, np.full(len(world.free), NO_ACTION), row, 0)
+        numbers, learner, mentors = [], [], []
+        for number in range(1, row.iterations + 1):
+            iteration = training.iterate()
+            if number % EVERY == 0:
+                numbers.append(number)
+                learner.append(iteration.mean_return)
+                mentors.append(yardstick.return_of(greedy(training.memory.q, world.free)))
+        return numbers, learner, mentors

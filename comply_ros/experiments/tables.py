@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Tables of the page: what was published against what we measured, and what does better."""
+
+from comply_ros.experiments.figures import alone, as_drawn, maze_of, Mentors, taught
+from comply_ros.experiments.numbers import name_of
+from comply_ros.experiments.own_figures import COMPARED, MAZE, OURS, teachers, TRIED
+from comply_ros.experiments.published import (
+    ALONE,
+    BEST_REGRET,
+    COMPLIANT,
+    MEASURED_RANDOM,
+    NEAR,
+)
+from comply_ros.experiments.statistics import LEVEL_NAMES
+
+LENGTHS = {'sarsa': 600, 'q_learning': 600, 'sarsa_lambda': 400, 'watkins': 400}
+BEST = {'100 %': 1.0, '99.9 %': 0.999, '~74 %': 0.74, '50 %': 0.5, 'random': 0.0,
+        'adversarial': 0.0}
+
+
+def tables_of(numbers):
+    """Yield the lines of all tables; a cell that was not computed is a dash."""
+    mentors = Mentors(*numbers['mentor_specs'])
+    yield from _compliant(numbers, mentors)
+    yield from _alone(numbers)
+    yield from _slips(numbers)
+    yield from _better(numbers, mentors)
+    yield from _tried(numbers, mentors)
+
+
+def _compliant(numbers, mentors):
+    profile, cells = numbers['profile'], numbers['cells']
+    yield '\n## Compliant learners: T / ratio / regret over 399 iterations\n'
+    yield from _head('method', 'mentor', 'published', 'ours', 'off by (T, regret)',
+                     'ours, slips that can bump')
+    for method in COMPLIANT:
+        for level, mentor in mentors.levels().items():
+            published, run = COMPLIANT[method].get(level), as_drawn(method, profile, mentor)
+            ours, other = (cells.get(name_of(run._replace(map=maze)))
+                           for maze in (run.map, MAZE))
+            yield _line(method, LEVEL_NAMES[level], _three(published), _measured(ours),
+                        _off(ours, published), _measured(other))
+    if profile == 'published':
+        yield from _handed_down(cells, mentors)
+
+
+def _handed_down(cells, mentors):
+    """Yield what the rows themselves come to, whose settings are those that are handed down."""
+    yield ('\nThe settings that are handed down for the two adaptive learners (the rows '
+           '`beta_implicit` and `explicit`) do not lead to the published figures. Those above do; '
+           'they differ in:\n')
+    for method, settings in NEAR.items():
+        yield f'* `{method}`: ' + ', '.join(f'{name} {value}' for name, value in settings.items())
+    yield '\nWith the rows as they are:\n'
+    yield from _head('method', 'mentor', 'published', 'the row', 'off by (T, regret)')
+    for method in NEAR:
+        for level, mentor in mentors.levels().items():
+            cell = cells.get(name_of(taught(method, 'published', mentor)))
+            published = COMPLIANT[method].get(level)
+            yield _line(method, LEVEL_NAMES[level], _three(published), _measured(cell),
+                        _off(cell, published))
+
+
+def _alone(numbers):
+    profile, cells = numbers['profile'], numbers['cells']
+    yield '\n## Learners without a mentor: T / ratio / regret over 399 iterations\n'
+    yield from _head('method', 'iterations', 'published', 'ours', 'off by (T, regret)',
+                     'ours, slips that can bump')
+    for method, length in LENGTHS.items():
+        ours, other = (cells.get(name_of(alone(method, profile, length, maze)))
+                       for maze in (maze_of(profile), MAZE))
+        yield _line(method, str(length - 1), _three(ALONE[method]), _measured(ours),
+                    _off(ours, ALONE[method]), _measured(other))
+
+
+def _slips(numbers):
+    if numbers['profile'] != 'published' or 'mazes' not in numbers:
+        return
+    bumps, as_run = (numbers['mazes'][name]['random_return'] for name in ('maze', 'maze_as_run'))
+    yield (f'\nIn the published runs **a slip never ran into an obstacle**: the random policy, '
+           f'which they measured at {MEASURED_RANDOM}, has {as_run:.2f} with such slips '
+           f'(`maze_as_run`), and {bumps:.2f} where a slip takes any other action (`maze`, as the '
+           'text describes it). With that, vanishing compliance and SARSA(lambda) come out as '
+           'published, iteration by iteration; the figures of profile `published` are of '
+           '`maze_as_run`.')
+
+
+def _better(numbers, mentors):
+    profile, cells = numbers['profile'], numbers['cells']
+    yield '\n## Better than the report: regret over 399 iterations, slips that can bump\n'
+    named = teachers(mentors)
+    yield from _head('method', *named)
+    if profile == 'published':
+        yield _line('best published', *(str(BEST_REGRET[BEST[name]]) for name in named))
+    for method in COMPARED:
+        found = [cells.get(name_of(taught(method, profile, mentor, MAZE)))
+                 for mentor in named.values()]
+        yield _line(f'**{method}**' if method == OURS else method, *map(_regret, found))
+    last = [cells.get(name_of(taught(OURS, profile, mentor, MAZE))) for mentor in named.values()]
+    yield _line(f'{OURS}, mean return of the last 50', *(
+        '-' if cell is None else f'{sum(cell["mean"][-50:]) / 50:.2f}' for cell in last))
+    single = cells.get(name_of(taught(OURS, profile, 'none', MAZE)))
+    yield f'\nWithout a mentor `{OURS}` has a regret of {_regret(single)}.'
+
+
+def _tried(numbers, mentors):
+    profile, cells, named = numbers['profile'], numbers['cells'], teachers(mentors)
+    columns = ('100 %', '99.9 %', '~74 %', '50 %', 'adversarial')
+    yield '\n## What was tried, and what each part is worth: regret\n'
+    yield from _head('variant', 'of', *columns)
+    for name, (method, settings) in {OURS: (OURS, {}), **TRIED}.items():
+        yield _line(name, method, *(
+            _regret(cells.get(name_of(taught(method, profile, named[each], MAZE, **settings))))
+            for each in columns))
+
+
+def _head(*names):
+    yield _line(*names)
+    yield _line(*['---'] * len(names))
+
+
+def _line(*words):
+    return '| ' + ' | '.join(words) + ' |'
+
+
+def _three(published):
+    if published is None:
+        return '-'
+    ratio = '-' if published.ratio is None else f'{published.ratio:.2f}'
+    return f'{published.time} / {ratio} / {published.regret}'
+
+
+def _measured(cell):
+    if cell is None:
+        return '-'
+    return ' / '.join(_with_half(cell[name], digits) for name, digits in (
+        ('time_to_convergence', 0), ('reward_ratio', 2), ('regret', 0)))
+
+
+def _regret(cell):
+    return '-' if cell is None else _with_half(cell['regret'], 0)
+
+
+def _with_half(value, digits):
+    """Mean, and half the width of its interval."""
+    if value is None:
+        return '-'
+    half = (value['high'] - value['low']) / 2
+    return f'{value["mean"]:.{digits}f} ± {half:.{digits}f}'
+
+
+def _off(cell, published):
+    """By how much of the published time and regret ours differ."""
+    if cell is None or published is None:
+        return '-'
+    pairs = ((cell['time_to_convergence'], published.time), (cell['regret'], published.regret))
+    return ', '.join('-' if there is None else f'{here["mean"] / there - 1:+.0%}'
+                     for here, there in pairs)

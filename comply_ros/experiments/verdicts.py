@@ -1,0 +1,246 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Whether a figure of ours agrees with what the report's shows: computed, never typed in."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from comply_ros.core.grid import STEPS
+from comply_ros.core.planning import optimal_policy, sweeps_until, value_iteration
+from comply_ros.experiments.figures import COMPLIANT
+from comply_ros.experiments.runs import Run
+
+LAST = 20  # iterations at the end of a curve that are averaged
+
+
+class Verdict(NamedTuple):
+    """Whether a figure agrees, and the numbers that say so."""
+
+    agrees: bool
+    evidence: str
+
+
+def end_of(results, run):
+    """Mean return of the last iterations, over all seeds."""
+    return float(results.counted(run)[:, -LAST:].mean())
+
+
+def share_of_optimal(results, run):
+    """Where the end of a curve lies between the random policy (0) and the optimal one (1)."""
+    random, optimal = (results.return_at(run, level) for level in (0, 1))
+    return (end_of(results, run) - random) / (optimal - random)
+
+
+def undershoot(results, run):
+    """How far the mean curve falls below its own first iterations, before it ends."""
+    mean = results.counted(run).mean(axis=0)
+    smooth = np.convolve(mean, np.ones(LAST) / LAST, 'valid')
+    return float(smooth[0] - smooth.min())
+
+
+def mean_of(results, run, name):
+    """Mean over the seeds of a measure; nan where no seed has it."""
+    values = [each for each in results.measured(run, name) if each is not None]
+    return float(np.mean(values)) if values else float('nan')
+
+
+def _only(figure):
+    (run,) = figure.runs.values()
+    return run
+
+
+def of_map(results, figure):
+    """Tell the size of the world."""
+    world = results.world(figure.grid)
+    return Verdict(bool(world.terminal.sum() == 1),
+                   f'{world.grid.width} x {world.grid.height} cells, {world.obstacle.sum()} '
+                   f'obstacles, {len(world.starts)} starts')
+
+
+def of_policy(results, figure):
+    """Tell what the policy earns, and how many arrows point into an obstacle."""
+    world = results.world(figure.grid)
+    policy, states = optimal_policy(world), np.flatnonzero(world.free)
+    x, y = world.grid.place(states)
+    dx, dy = np.array(STEPS)[policy[states]].T
+    bumps = int(world.obstacle[(y + dy) * world.grid.width + x + dx].sum())
+    from_starts = results.return_at(Run(figure.grid, results.profile), 1)
+    return Verdict(bumps == 0, f'{from_starts:.3f} an episode, and {bumps} of {len(states)} '
+                   'arrows point into an obstacle')
+
+
+def of_sweeps(results, figure):
+    """Tell after how many sweeps (2.23) stops."""
+    sweeps = value_iteration(results.world(figure.grid))
+    stop = sweeps_until(0.001, [change for _, (_, change) in zip(range(1000), sweeps)])
+    return Verdict(bool(stop and stop < 100), f'(2.23) stops after {stop} sweeps')
+
+
+def of_changes(results, figure):
+    """Tell how much less the values change at the end."""
+    changes = results.cell(_only(figure)).changes
+    first, last = changes[:, :LAST].mean(), changes[:, -LAST:].mean()
+    return Verdict(bool(last < first / 2), f'{first:.2f} in the first {LAST} iterations, '
+                   f'{last:.2f} in the last')
+
+
+def of_convergence(results, figure):
+    """Tell how near to the optimal policy the learner's greedy policy is."""
+    run = _only(figure)
+    random, optimal = (results.return_at(run, level) for level in (0, 1))
+    share = (results.greedy_return(run) - random) / (optimal - random)
+    return Verdict(share > 0.99, f'the learner ends at {end_of(results, run):.2f}, exploring; its '
+                   f'greedy policy has {results.greedy_return(run):.2f}, {share:.1%} of the way '
+                   'from the random to the optimal policy')
+
+
+def of_classical(results, figure):
+    """Tell the times of TD(0) and of traces."""
+    times = {name: mean_of(results, run, 'time_to_convergence')
+             for name, run in figure.runs.items()}
+    ends = [share_of_optimal(results, run) for run in figure.runs.values()]
+    slow, fast = min(times['sarsa'], times['q_learning']), max(times['sarsa_lambda'],
+                                                               times['watkins'])
+    return Verdict(fast < slow / 2 and max(ends) < 1.0, 'times to convergence: ' + ', '.join(
+        f'{name} {time:.0f}' for name, time in times.items()))
+
+
+def of_growth(results, figure):
+    """Tell how often the greedy policy is better than the learner."""
+    _, learner, greedy = results.growth(figure.runs['sarsa'])
+    better = np.mean(np.array(greedy) > np.array(learner))
+    return Verdict(bool(better > 0.5), f'the greedy policy is better in {better:.0%} of the '
+                   'moments looked at')
+
+
+def of_constant(results, figure):
+    """Tell whether the learner stays with its mentor."""
+    run = _only(figure)
+    gap = results.mentor_return(run) - end_of(results, run)
+    return Verdict(abs(gap) < 0.3, f'it ends at {end_of(results, run):.2f}; the mentor itself '
+                   f'has {results.mentor_return(run):.2f}')
+
+
+def of_loops(results, figure):
+    """Tell how good the mentor is, and in how many states it is wrong."""
+    run = figure.runs['mentor']
+    wrong = results.wrong(run).sum() / results.world(figure.grid).free.sum()
+    value = results.mentor_return(run)
+    return Verdict(value < 0, f'return {value:.1f}; wrong in {wrong:.0%} of the states')
+
+
+def of_vanishing(results, figure):
+    """Tell how deep the undershoot is, and where the curves end."""
+    drops = [undershoot(results, run) for run in figure.runs.values()]
+    shares = [share_of_optimal(results, run) for run in figure.runs.values()]
+    return Verdict(drops[0] > 0.5 and min(shares) > 0.97,
+                   'it falls by ' + ' and '.join(f'{drop:.1f}' for drop in drops)
+                   + ' below its beginning, and ends at '
+                   + ' and '.join(f'{end_of(results, run):.2f}' for run in figure.runs.values()))
+
+
+def of_densities(results, figure):
+    """Tell nothing but that it is a formula."""
+    return Verdict(True, 'drawn from the formula')
+
+
+def of_adaptive(results, figure):
+    """Tell how deep the curve falls against the vanishing learner's, and where it ends."""
+    run = _only(figure)
+    drop, share = undershoot(results, run), share_of_optimal(results, run)
+    other = undershoot(results, run._replace(method='vanishing', settings=()))
+    return Verdict(drop < other / 2 and share > 0.97, f'it falls by {drop:.1f} where vanishing '
+                   f'falls by {other:.1f}, and ends at {end_of(results, run):.2f}')
+
+
+def of_histogram(results, figure):
+    """Tell how many states are sure."""
+    values = np.array(results.trusted(_only(figure)))
+    low, high = (values < 0.1).mean(), (values > 0.9).mean()
+    return Verdict(low + high > 0.5, f'{low:.0%} of the visited states below 0.1, {high:.0%} '
+                   'above 0.9')
+
+
+def of_trust(results, figure):
+    """Tell the confidence in wrong and in other recommendations."""
+    run = _only(figure)
+    cell, wrong = results.cell(run), results.wrong(run)
+    there = cell.visited & results.world(figure.grid).free
+    bad, good = (cell.confidence[there & kind].mean() for kind in (wrong, ~wrong))
+    return Verdict(bool(bad < good), f'mean confidence {bad:.2f} in wrong recommendations, '
+                   f'{good:.2f} in the others')
+
+
+def of_three(results, figure):
+    """Tell the times and regrets of the three compliant learners."""
+    regrets = {name: mean_of(results, run, 'regret') for name, run in figure.runs.items()}
+    times = [mean_of(results, run, 'time_to_convergence') for run in figure.runs.values()]
+    alike = max(times) < 2.5 * min(times)
+    best = max(regrets['beta_implicit'], regrets['explicit']) < regrets['vanishing']
+    return Verdict(best if figure.name == '4.13' else alike, 'times '
+                   + ', '.join(f'{time:.0f}' for time in times) + '; regrets '
+                   + ', '.join(f'{name} {value:.0f}' for name, value in regrets.items()))
+
+
+def of_times(results, figure):
+    """Tell how the times change with the mentor."""
+    times = {key: mean_of(results, run, figure.kind) for key, run in figure.runs.items()}
+    grow = all(times[method, 1.0] < times[method, 0.5] for method in COMPLIANT)
+    return Verdict(grow, 'from the optimal mentor to that of 50 %: ' + ', '.join(
+        f'{method} {times[method, 1.0]:.0f} to {times[method, 0.5]:.0f}' for method in COMPLIANT))
+
+
+def of_ratios(results, figure):
+    """Tell whether the adaptive learners collect more."""
+    ratios = {key: mean_of(results, run, figure.kind) for key, run in figure.runs.items()}
+    worst = min(ratios['beta_implicit', 0.5], ratios['explicit', 0.5])
+    return Verdict(worst > ratios['vanishing', 0.5], 'with the mentor of 50 %: ' + ', '.join(
+        f'{method} {ratios[method, 0.5]:.2f}' for method in COMPLIANT))
+
+
+def of_alone(results, figure):
+    """Tell the regrets with a mentor and without."""
+    regrets = {name: mean_of(results, run, 'regret') / results.counted(run).shape[1]
+               for name, run in figure.runs.items()}
+    compliant = max(regrets[name] for name in ('beta_implicit', 'explicit'))
+    others = min(value for name, value in regrets.items() if name not in COMPLIANT)
+    return Verdict(compliant < others, 'regret an iteration: ' + ', '.join(
+        f'{name} {value:.1f}' for name, value in regrets.items()))
+
+
+def of_traces(results, figure):
+    """Tell the compliant learners' measure against that of traces alone."""
+    values = {key: mean_of(results, run, figure.kind) for key, run in figure.runs.items()}
+    traces = [values[method, None] for method in ('sarsa_lambda', 'watkins')]
+    ours = [values[method, 0.74] for method in COMPLIANT]
+    if figure.kind == 'reward_ratio':
+        agrees = min(ours) > max(traces)
+    else:
+        agrees = min(ours) < 1.5 * max(traces)
+    return Verdict(agrees, 'with the mentor of 74 %: ' + ', '.join(
+        f'{method} {values[method, 0.74]:.2f}' for method in COMPLIANT)
+        + '; alone: ' + ', '.join(f'{method} {values[method, None]:.2f}'
+                                  for method in ('sarsa_lambda', 'watkins')))
+
+
+def of_off_policy(results, figure):
+    """Tell the regret on-policy and off-policy."""
+    on, off = (mean_of(results, run, 'regret') for run in figure.runs.values())
+    return Verdict(off < on, f'regret {on:.0f} on-policy, {off:.0f} off-policy')
+
+
+_BY_KIND = {
+    'map': of_map, 'policy': of_policy, 'advice': of_loops, 'sweeps': of_sweeps,
+    'changes': of_changes, 'growth': of_growth, 'densities': of_densities,
+    'histogram': of_histogram, 'trust': of_trust}
+_BY_NAME = {
+    '2.8': of_convergence, '2.10': of_convergence, '3.3': of_classical, '3.5': of_constant,
+    '3.6': of_constant, '3.8': of_vanishing, '3.9': of_vanishing, '4.1': of_adaptive,
+    '4.2': of_adaptive, '4.7': of_adaptive, '4.8': of_adaptive, '4.13': of_three,
+    '4.14': of_three, '4.15': of_times, '4.16': of_ratios, '4.17': of_alone, '4.18': of_alone,
+    '4.19': of_traces, '4.20': of_traces, '4.21': of_off_policy, '4.22': of_off_policy}
+
+
+def verdict(results, figure):
+    """`Verdict` on a figure of the report."""
+    return (_BY_NAME.get(figure.name) or _BY_KIND[figure.kind])(results, figure)

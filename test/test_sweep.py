@@ -1,0 +1,253 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`sweep` from its command line: resumed, killed, on a full disk, and on a cluster."""
+
+import csv
+import os
+from pathlib import Path
+import resource
+import signal
+import socket
+import subprocess
+import sys
+import time
+
+import pytest
+
+from comply_ros.experiments import sweep
+from comply_ros.experiments.runs import learn, Run
+
+FILE = """
+map: bar_grid
+methods: [beta_implicit, explicit]
+mentors: [optimal, 'noisy:0.2']
+settings: {temperature: [0.5, 1.0], iterations: ITERATIONS, episodes: 2}
+seeds: SEEDS
+"""
+START = (sys.executable, '-c',
+         'import sys; from comply_ros.entry import sweep; sys.exit(sweep())')
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    """Stand in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def written(seeds=3, iterations=2, name='a.yaml'):
+    """Write a sweep of 8 runs a seed, and return its name."""
+    Path(name).write_text(
+        FILE.replace('SEEDS', str(seeds)).replace('ITERATIONS', str(iterations)))
+    return name
+
+
+def run(*argv):
+    """Sweep, and return the exit code."""
+    return sweep.main(['sweep', *argv])
+
+
+def rows(path):
+    """Return the rows of a table, in the order of their text."""
+    with open(path, newline='') as file:
+        return sorted(map(tuple, csv.reader(file)))
+
+
+def started(*argv, **options):
+    """Start a sweep as a process."""
+    return subprocess.Popen([*START, *argv], stderr=subprocess.PIPE, text=True, **options)
+
+
+def wait_for_rows(path, count, process):
+    """Return when a table has so many rows."""
+    deadline = time.monotonic() + 60
+    while not (os.path.exists(path) and Path(path).read_text().count('\n') > count):
+        assert time.monotonic() < deadline and process.poll() is None
+        time.sleep(0.01)
+
+
+def test_a_sweep_is_one_tidy_table(capsys):
+    assert run(written()) == 0
+    with open('runs/a.csv', newline='') as file:
+        table = list(csv.DictReader(file))
+    assert list(table[0]) == (
+        'map profile mentor mentor_seed budget advising method temperature iterations episodes '
+        'seed steps time_to_convergence reward_ratio regret final_return mentor_return '
+        'optimal_return digest').split()
+    assert len({tuple(row[name] for name in ('method', 'mentor', 'temperature', 'seed'))
+                for row in table}) == len(table) == 24
+    one = next(row for row in table if (row['method'], row['mentor'], row['seed'],
+                                        row['temperature']) == ('explicit', 'optimal', '2', '0.5'))
+    settings = (('temperature', 0.5), ('iterations', 2), ('episodes', 2))
+    assert one['digest'] == learn(Run('bar_grid', method='explicit', mentor='optimal', seed=2,
+                                      settings=settings)).digest
+    assert capsys.readouterr().err.endswith('runs/a.csv: 24 runs, 24 of them new\n')
+
+
+def test_what_is_there_is_not_repeated(capsys, monkeypatch):
+    run(written(seeds=2))
+    before = Path('runs/a.csv').read_text()
+    assert run(written(seeds=3)) == 0
+    assert Path('runs/a.csv').read_text().startswith(before)
+    monkeypatch.setattr(sweep, 'outcomes', None)
+    assert run(written(seeds=3)) == 0
+    assert capsys.readouterr().err.endswith('runs/a.csv: 24 runs, 0 of them new\n')
+
+
+def test_a_killed_sweep_goes_on_without_losing_or_repeating_a_run():
+    name = written(seeds=50, iterations=4)
+    for count in (20, 150):
+        process = started(name)
+        wait_for_rows('runs/a.csv', count, process)
+        process.kill()
+        process.communicate()
+    kept = Path('runs/a.csv').read_text()
+    kept = kept[:kept.rindex('\n') + 1]
+    with open('runs/a.csv', 'a') as file:
+        file.write('bar_grid,published,opt')
+    assert 150 < kept.count('\n') < 400
+    assert run(name) == 0
+    assert run(name, '--out', 'undisturbed.csv') == 0
+    assert Path('runs/a.csv').read_text().startswith(kept)
+    assert rows('runs/a.csv') == rows('undisturbed.csv')
+    assert len(rows('runs/a.csv')) == 1 + 400
+
+
+def test_ctrl_c_keeps_what_is_done():
+    process = started(written(seeds=10, iterations=20_000))
+    wait_for_rows('runs/a.csv', 1, process)
+    process.send_signal(signal.SIGINT)
+    said = process.communicate(timeout=20)[1]
+    done = len(rows('runs/a.csv')) - 1
+    assert process.returncode == 130
+    assert said.splitlines()[-1] == (f'sweep: interrupted; {done} of 80 runs are kept in '
+                                     'runs/a.csv, and the same command goes on from there')
+    assert 'Traceback' not in said
+
+
+def test_a_full_disk_keeps_what_is_done():
+    limit = 5000
+
+    def little_room():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, resource.RLIM_INFINITY))
+    process = started(written(), preexec_fn=little_room)
+    said = process.communicate(timeout=60)[1]
+    text = Path('runs/a.csv').read_text()
+    done = text.count('\n') - 1
+    assert process.returncode == 1
+    assert said.splitlines()[-1] == (f'sweep: runs/a.csv: file too large; {done} of 24 runs are '
+                                     'kept in runs/a.csv, and the same command goes on from there')
+    assert 5 < done < 24 and limit - 400 < len(text) <= limit and text.endswith('\n')
+    assert run('a.yaml') == 0
+    assert len(rows('runs/a.csv')) == 25
+
+
+def test_a_full_disk_at_once_is_one_sentence(capsys):
+    Path('full.csv').symlink_to('/dev/full')
+    assert run(written(), '--out', 'full.csv') == 1
+    assert capsys.readouterr().err == 'sweep: full.csv: no space left on device\n'
+
+
+def test_a_table_of_another_sweep_is_refused(capsys):
+    run(written())
+    before = Path('runs/a.csv').read_text()
+    capsys.readouterr()
+    assert run(written(seeds='[0, 1]')) == 2
+    said = capsys.readouterr().err
+    assert said.startswith('sweep: runs/a.csv, line ')
+    assert 'every run of the table must be one of the sweep, got bar_grid, published, ' in said
+    assert said.count('\n') == 1
+    Path('a.yaml').write_text(Path('a.yaml').read_text().replace('temperature', 'discount'))
+    assert run('a.yaml') == 2
+    assert 'sweep: runs/a.csv: its first line must be map, ' in capsys.readouterr().err
+    assert Path('runs/a.csv').read_text() == before
+
+
+@pytest.mark.parametrize('argv, message', [
+    (['nowhere.yaml'], "a sweep file must be readable, got 'nowhere.yaml' (no such file or direc"),
+    (['bad.yaml'], 'bad.yaml, line 3: a method must be one of sarsa, '),
+    (['a.yaml', '--workers', '0'], 'workers must be at least 1, got 0'),
+    (['a.yaml', '--workers', '2', '--scheduler', 'x'], '--workers is for this machine'),
+    (['a.yaml', '--out', 'a.parquet'], "a table must be a file that ends in .csv, got 'a.parq")])
+def test_a_mistake_is_one_line_and_exit_code_2(capsys, argv, message):
+    Path('bad.yaml').write_text(Path(written()).read_text().replace('explicit', 'explict'))
+    assert run(*argv) == 2
+    said = capsys.readouterr().err
+    assert said.startswith(f'sweep: {message}')
+    assert said.count('\n') == 1
+
+
+def test_memory_stays_flat():
+    process = started(written(seeds=250, iterations=1))
+    wait_for_rows('runs/a.csv', 500, process)
+    before = memory(process.pid)
+    wait_for_rows('runs/a.csv', 1950, process)
+    assert memory(process.pid) - before < 10
+    assert process.wait() == 0
+    process.stderr.close()
+
+
+def memory(pid):
+    """Return the resident memory of a process, in MB."""
+    line = next(line for line in Path(f'/proc/{pid}/status').read_text().splitlines()
+                if line.startswith('VmRSS'))
+    return int(line.split()[1]) / 1024
+
+
+@pytest.fixture(scope='module')
+def scheduler():
+    """Address of a Dask scheduler with two workers, all processes of this machine."""
+    from distributed import LocalCluster
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address='127.0.0.1:0',
+                      silence_logs=50) as cluster:
+        yield cluster.scheduler_address
+
+
+def test_a_cluster_gives_the_same_table(scheduler):
+    assert run(written(), '--scheduler', scheduler, '--out', 'far.csv') == 0
+    assert run(written(), '--out', 'near.csv') == 0
+    assert rows('far.csv') == rows('near.csv')
+
+
+def test_ctrl_c_ends_a_sweep_on_a_cluster(scheduler):
+    name = written(seeds=10, iterations=3000)
+    process = started(name, '--scheduler', scheduler)
+    wait_for_rows('runs/a.csv', 2, process)
+    process.send_signal(signal.SIGINT)
+    said = process.communicate(timeout=20)[1]
+    assert process.returncode == 130
+    assert said.splitlines()[-1].startswith('sweep: interrupted; ')
+    assert 'Traceback' not in said
+
+
+def test_a_cluster_that_goes_away_is_one_sentence():
+    from distributed import LocalCluster
+    with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address='127.0.0.1:0',
+                      silence_logs=50) as cluster:
+        address = cluster.scheduler_address
+        process = started(written(seeds=10, iterations=3000), '--scheduler', address)
+        wait_for_rows('runs/a.csv', 2, process)
+    said = process.communicate(timeout=20)[1]
+    assert process.returncode == 1
+    assert f'sweep: the cluster at {address} went away; ' in said.splitlines()[-1]
+    assert 'Traceback' not in said
+
+
+@pytest.mark.parametrize('listens', [False, True])
+def test_a_scheduler_that_does_not_answer_is_one_sentence(capsys, monkeypatch, listens):
+    monkeypatch.setattr('comply_ros.experiments.engines.PATIENCE', 1)
+    with socket.socket() as silent:
+        silent.bind(('127.0.0.1', 0))
+        if listens:
+            silent.listen()
+        address = f'tcp://127.0.0.1:{silent.getsockname()[1]}'
+        begin = time.monotonic()
+        assert run(written(), '--scheduler', address) == 1
+        assert time.monotonic() - begin < 10
+    assert capsys.readouterr().err == (
+        f"sweep: a Dask scheduler must answer within 1 s, and none does at '{address}'\n")
+
+
+def test_dask_is_not_imported_without_a_scheduler():
+    code = ('import sys; import comply_ros.experiments.sweep;'
+            'sys.exit(bool({"dask", "distributed"} & set(sys.modules)))')
+    assert subprocess.run([sys.executable, '-c', code], check=False).returncode == 0
