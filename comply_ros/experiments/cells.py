@@ -5,6 +5,7 @@ import hashlib
 import os
 from pathlib import Path
 from typing import NamedTuple
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -67,23 +68,22 @@ class Cells:
         return cell
 
     def save(self, run, learned):
-        """Write a cell aside, then rename it; learned: `Learned` of the seeds 0, 1, ..."""
+        """
+        Write a cell aside, then rename it; learned: `Learned` of the seeds 0, 1, ...
+
+        Raises
+        ------
+        OSError: naming the file, if it cannot be written.
+
+        """
         first = learned[0]
         cell = CellData(
             np.array([each.returns for each in learned]),
             np.array([each.changes for each in learned]),
             np.array([each.steps for each in learned]),
             np.array(first.confidence), first.visited, first.q)
-        self.folder.mkdir(parents=True, exist_ok=True)
         path = self._path(run)
-        aside = path.with_suffix('.part')
-        try:
-            with aside.open('wb') as file:
-                np.savez_compressed(file, **cell._asdict())
-            os.replace(aside, path)
-        except BaseException:
-            aside.unlink(missing_ok=True)
-            raise
+        _write_whole(path, cell._asdict())
         self._loaded[path] = cell
 
     def _path(self, run):
@@ -98,10 +98,26 @@ class Cells:
             try:
                 with np.load(path) as file:
                     self._loaded[path] = CellData(**{name: file[name] for name in file})
-            except (OSError, EOFError, ValueError, KeyError, TypeError):  # not there, or spoiled
+            except (OSError, EOFError, ValueError, KeyError, TypeError, BadZipFile):  # or spoiled
                 return None
         cell = self._loaded[path]
         if len(cell.returns) < self.seeds:
             return None
         return cell._replace(returns=cell.returns[:self.seeds], changes=cell.changes[:self.seeds],
                              steps=cell.steps[:self.seeds])
+
+
+def _write_whole(path, arrays):
+    """Write arrays to an .npz file, aside, then rename it: there is never half a file."""
+    aside = path.with_suffix('.part')
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with aside.open('wb') as file:
+            np.savez_compressed(file, **arrays)
+        os.replace(aside, path)
+    except OSError as error:
+        aside.unlink(missing_ok=True)
+        raise OSError(error.errno, error.strerror, str(path)) from None
+    except BaseException:
+        aside.unlink(missing_ok=True)
+        raise

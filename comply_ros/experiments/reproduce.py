@@ -56,13 +56,13 @@ def run(given):
     out = prepare_folder(given.out or Path('runs') / f'reproduce-{given.profile}')
     cells = Cells(out / 'data', given.seeds)
     results = Results(cells, given.profile)
+    watched = {each for figure in figures if figure.kind == 'changes'
+               for each in figure.all_runs()}
+    missing = [each for each in runs_of(figures) if not cells.has(each, each in watched)]
+    if missing and given.redraw:
+        raise FigureError(f'{out} must have been computed to be drawn again with {given.seeds} '
+                          f'seeds, but lacks {len(missing)} of its cells')
     with interrupts() as stop, progress_bar() as bar:
-        watched = {each for figure in figures if figure.kind == 'changes'
-                   for each in figure.all_runs()}
-        missing = [each for each in runs_of(figures) if not cells.has(each, each in watched)]
-        if missing and given.redraw:
-            raise FigureError(f'{out} must have been computed to be drawn again with '
-                              f'{given.seeds} seeds, but lacks {len(missing)} of its cells')
         compute(missing, watched, cells, stop, bar)
         draw(figures, results, out, stop, bar)
     numbers = numbers_of(results, figures, mentors)
@@ -129,6 +129,8 @@ def compute(missing, watched, cells, stop, bar):
         except BaseException:
             stop.set()
             pool.shutdown(cancel_futures=True)
+            console.print(f'{sum(map(cells.has, missing))} of {len(missing)} cells were computed '
+                          f'and are kept in {cells.folder}; the same command goes on from there')
             raise
 
 
