@@ -174,7 +174,8 @@ def draw_trust_map(figure, data):
 def draw_metric(figure, data):
     """Draw a metric along an axis; learners without a place on it as horizontal lines."""
     name = 'regret' if figure.kind == 'regrets' else figure.kind
-    drawn, axes = new_figure(figure.title, figure.axis, name.replace('_', ' '))
+    drawn, axes = new_figure(figure.title, figure.axis, name.replace('_', ' '),
+                             size=(7.6, 4.4))
     places = list(dict.fromkeys(place for _, place in figure.runs if place is not None))
     for line in dict.fromkeys(line for line, _ in figure.runs):
         look = look_of(line)
@@ -190,11 +191,20 @@ def draw_metric(figure, data):
                       linewidth=2, **look)
     axes.set_xticks(range(len(places)), [LEVEL_NAMES.get(each, str(each)) for each in places])
     if figure.kind == 'regrets':
-        axes.set_yscale('symlog', linthresh=100)
-        axes.set_ylim(bottom=-20)
-        axes.yaxis.set_major_formatter(StrMethodFormatter('{x:.0f}'))
-    axes.legend(frameon=False, fontsize=10 if len(figure.runs) < 30 else 8)
+        _regret_axis(axes)
+    many = len(axes.get_legend_handles_labels()[1]) > 6
+    axes.legend(frameon=False, fontsize=10, **(
+        {'loc': 'center left', 'bbox_to_anchor': (1.0, 0.5)} if many else {}))
     return drawn
+
+
+def _regret_axis(axes):
+    """Begin the axis at 0; above 100 it is logarithmic where the values differ much."""
+    if axes.get_ylim()[1] > 1000:
+        axes.set_yscale('symlog', linthresh=100)
+        axes.set_yticks([0, 50, 100, 200, 500, 1000, 2000, 5000, 10000, 20000])
+        axes.yaxis.set_major_formatter(StrMethodFormatter('{x:.0f}'))
+    axes.set_ylim(bottom=min(0, axes.dataLim.y0) - 5)
 
 
 DRAWINGS = {

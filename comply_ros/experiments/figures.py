@@ -10,15 +10,16 @@ COMPLIANT = ('vanishing', 'beta_implicit', 'explicit')
 
 
 class Mentors(NamedTuple):
-    """Specs of the mentors: the first and the second of the report, and one between them."""
+    """Specs of the mentors: the optimal one, the report's first and second, one between them."""
 
+    optimal: str = 'optimal'
     good: str = 'snapshot:0.999'
     fair: str = 'snapshot:0.74'
     bad: str = 'snapshot:0.5'
 
     def levels(self):
         """Table from how good a mentor is meant to be to its spec, best first."""
-        return {1.0: 'optimal', 0.999: self.good, 0.74: self.fair, 0.5: self.bad}
+        return {1.0: self.optimal, 0.999: self.good, 0.74: self.fair, 0.5: self.bad}
 
 
 class Figure(NamedTuple):
@@ -71,8 +72,9 @@ def maze_of(profile):
 
 
 def alone(method, profile, iterations=400, maze=None):
-    """`Run` of a learner without a mentor in the maze."""
-    return Run(maze or maze_of(profile), profile, method, (('iterations', iterations),))
+    """`Run` of a learner without a mentor in the maze, as the report's figures show it."""
+    settings = {**_near(method, profile), 'iterations': iterations}
+    return Run(maze or maze_of(profile), profile, method, tuple(settings.items()))
 
 
 def taught(method, profile, mentor, maze=None, **settings):
@@ -81,13 +83,13 @@ def taught(method, profile, mentor, maze=None, **settings):
 
 
 def as_drawn(method, profile, mentor):
-    """
-    `Run` of a learner as the report's figures show it.
+    """`Run` of a learner with a mentor in the maze, as the report's figures show it."""
+    return taught(method, profile, mentor, **_near(method, profile))
 
-    In the profile `published` an adaptive learner has the settings that lead to its figures.
-    """
-    near = NEAR.get(method.removesuffix('_off_policy'), {}) if profile == 'published' else {}
-    return taught(method, profile, mentor, **near)
+
+def _near(method, profile):
+    """Return the settings that lead to a published figure where the row's own do not."""
+    return NEAR.get(method, {}) if profile == 'published' else {}
 
 
 def _chapter_2(profile):
@@ -133,7 +135,7 @@ def _chapter_3(profile, mentors):
                  'learner that it is taken from, and far from optimal', 'growth',
                  {'sarsa': alone('sarsa', profile, 600)})
     for name, mentor, of in (
-            ('3.5', 'optimal', 'with the optimal mentor it is near optimal at once'),
+            ('3.5', mentors.optimal, 'with the optimal mentor it is near optimal at once'),
             ('3.6', mentors.good, 'a slightly suboptimal mentor is copied and not surpassed')):
         yield Figure(name, f'Constant compliance, mentor {_short(mentor)}', of, 'curves',
                      {'constant': taught('constant', profile, mentor)})
@@ -202,5 +204,5 @@ def _of_method(method, profile, first, second, number):
 
 
 def _short(mentor):
-    """Mentor without the folder of its file."""
-    return mentor.rpartition('/')[2].removeprefix('file:')
+    """Mentor without the folder and the ending of its file."""
+    return mentor.rpartition('/')[2].removeprefix('file:').removesuffix('.txt')

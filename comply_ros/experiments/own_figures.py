@@ -2,7 +2,7 @@
 """Figures that the report has not: what it left open (section 5.3), and what does better."""
 
 from comply_ros.core.advising import WHENS
-from comply_ros.experiments.figures import as_drawn, Figure, maze_of, taught
+from comply_ros.experiments.figures import alone, as_drawn, Figure, maze_of, taught
 from comply_ros.experiments.runs import Run
 
 MAZE = 'maze'  # with slips that can bump, as the report describes it: the harder one
@@ -58,7 +58,8 @@ def own_figures(profile, mentors):
                                         for method in ('explicit', 'policy_shaping', OURS)}),
         Figure('coverage', 'Sparse demonstrations', 'A mentor of 75 % that has advice in a share '
                'of the states only', 'regrets',
-               {(method, coverage): taught(method, profile, f'snapshot:0.75@{coverage}', MAZE)
+               {(method, f'{coverage:.0%}'): taught(
+                   method, profile, f'snapshot:0.75@{coverage}', MAZE)
                 for method in ('vanishing', 'beta_implicit', 'explicit', OURS)
                 for coverage in COVERAGES}, axis='share of the states with advice'),
         Figure('budget', f'An advice budget ({OURS}, optimal mentor)', 'An optimal mentor with N '
@@ -80,14 +81,15 @@ def own_figures(profile, mentors):
                          for name, (method, settings) in TRIED.items()
                          for column in ('100 %', '99.9 %', '~74 %', '50 %', 'adversarial')}),
         Figure('rows', 'The settings as they are handed down', '', 'table',
-               {(method, level): taught(method, profile, mentor)
-                for method in ('vanishing', 'beta_implicit', 'explicit')
-                for level, mentor in mentors.levels().items()}, maze_of(profile)),
+               {**{(method, level): taught(method, profile, mentor)
+                   for method in ('beta_implicit', 'explicit')
+                   for level, mentor in mentors.levels().items()},
+                ('sarsa', None): taught('sarsa', profile, 'none')}, maze_of(profile)),
         Figure('both_mazes', 'The published tables with slips that can bump', '', 'table',
                {**{(method, level): as_drawn(method, profile, mentor)._replace(map=MAZE)
                    for method in ('vanishing', 'beta_implicit', 'explicit')
                    for level, mentor in mentors.levels().items()},
-                **{(method, None): Run(MAZE, profile, method, (('iterations', iterations),))
+                **{(method, None): alone(method, profile, iterations, MAZE)
                    for method, iterations in (('sarsa', 600), ('q_learning', 600),
                                               ('sarsa_lambda', 400), ('watkins', 400))}}),
     ]

@@ -67,7 +67,7 @@ def command(numbers):
     """Return the command that writes this page again."""
     words = ['scripts/run reproduce', f'--profile {numbers["profile"]}',
              f'--seeds {numbers["seeds"]}']
-    if any(spec.startswith('file:') for spec in numbers['mentor_specs']):
+    if numbers['mentor_specs'][1].startswith('file:'):
         words.append('--mentors DIR')
     return ' '.join(words)
 

@@ -8,6 +8,9 @@ import os
 from pathlib import Path
 
 from comply_ros.core.methods import METHODS
+from comply_ros.core.planning import optimal_policy
+from comply_ros.core.policy import format_policy
+from comply_ros.core.world import World
 from comply_ros.experiments import runs
 from comply_ros.experiments.cells import Cells
 from comply_ros.experiments.drawings import DRAWINGS
@@ -18,6 +21,7 @@ from comply_ros.experiments.page import write_page
 from comply_ros.experiments.results_data import Results
 from comply_ros.experiments.style import save
 from comply_ros.session.interrupts import check, interrupts
+from comply_ros.session.maps import read_map
 from comply_ros.session.options import guarded, MISTAKES
 from comply_ros.session.results import OutputError, prepare_folder
 from comply_ros.session.screen import console, progress_bar
@@ -51,9 +55,9 @@ def run(given):
         raise FigureError(f'seeds must be at least 1, got {given.seeds}')
     if given.profile not in METHODS:
         raise FigureError(f'profile must be one of {", ".join(METHODS)}, got {given.profile!r}')
-    mentors = mentors_of(given)
-    figures = chosen(given, mentors)
     out = prepare_folder(given.out or Path('runs') / f'reproduce-{given.profile}')
+    mentors = mentors_of(given, out)
+    figures = chosen(given, mentors)
     cells = Cells(out / 'data', given.seeds)
     results = Results(cells, given.profile)
     watched = {each for figure in figures if figure.kind == 'changes'
@@ -74,12 +78,24 @@ def run(given):
     return 0
 
 
-def mentors_of(given):
-    """Return the `Mentors`: generated ones, or those of the folder that was given."""
-    if not given.mentors:
-        return Mentors()
-    folder = Path(given.mentors).expanduser()
-    return Mentors(good=f'file:{folder / "mentor_1.txt"}', bad=f'file:{folder / "mentor_3.txt"}')
+def mentors_of(given, out):
+    """
+    Return the `Mentors`: generated ones, or those of the folder that was given.
+
+    The optimal one of the published runs was planned with slips that can bump, though in them
+    none did: it is planned in `maze`, and written to a file to be used in `maze_as_run`.
+    """
+    mentors = Mentors()
+    if given.profile == 'published':
+        world = World(read_map('maze', given.profile))
+        path = prepare_folder(out / 'mentors') / 'optimal.txt'
+        path.write_text(format_policy(optimal_policy(world), world))
+        mentors = mentors._replace(optimal=f'file:{path}')
+    if given.mentors:
+        folder = Path(given.mentors).expanduser()
+        mentors = mentors._replace(good=f'file:{folder / "mentor_1.txt"}',
+                                   bad=f'file:{folder / "mentor_3.txt"}')
+    return mentors
 
 
 def chosen(given, mentors):

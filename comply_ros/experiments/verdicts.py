@@ -149,8 +149,9 @@ def of_adaptive(results, figure):
     run = _only(figure)
     drop, share = undershoot(results, run), share_of_optimal(results, run)
     other = undershoot(results, run._replace(method='vanishing', settings=()))
-    return Verdict(drop < other / 2 and share > 0.97, f'it falls by {drop:.1f} where vanishing '
-                   f'falls by {other:.1f}, and ends at {end_of(results, run):.2f}')
+    return Verdict(drop <= max(other / 2, 0.5) and share > 0.97,
+                   f'it falls by {drop:.1f} where vanishing falls by {other:.1f}, and ends at '
+                   f'{end_of(results, run):.2f}')
 
 
 def of_histogram(results, figure):
