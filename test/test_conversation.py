@@ -3,10 +3,8 @@
 
 from dataclasses import replace
 from itertools import permutations, product
-import random
 
 import pytest
-from test_methods import ROWS
 from worlds import grid
 
 from comply_ros.core.dialogue import (
@@ -23,12 +21,9 @@ from comply_ros.core.dialogue import (
 from comply_ros.core.grid import MapError
 from comply_ros.core.learner_actor import LearnerActor
 from comply_ros.core.mentor_actor import MentorActor
-from comply_ros.core.mentors import noisy_policy
-from comply_ros.core.methods import find_method, METHODS
-from comply_ros.core.training import Training
+from comply_ros.core.methods import METHODS
 from comply_ros.core.world import World
 from comply_ros.core.world_actor import WorldActor
-from comply_ros.session.maps import read_map
 
 RUN = 7
 ROOM = grid('..G', '...', '...', starts=(0,))
@@ -60,82 +55,6 @@ def mentor():
     assert actor.hear_world(HERE)
     assert actor.use(UP_EVERYWHERE) == ()
     return actor
-
-
-class Table:
-    """
-    World, mentor and learner at one table; messages lie on it until somebody takes them up.
-
-    Every message that is said lies there for everybody who listens to it; `shuffle` decides which
-    one is taken up next, and which is taken up twice.
-    """
-
-    def __init__(self, method, map_grid, policy, seed, shuffle, remembers_advice=True):
-        self.world = WorldActor(map_grid, 'map', RUN, seed)
-        self.mentor, self.learner = MentorActor(), LearnerActor(method, seed, remembers_advice)
-        self.policy, self.shuffle, self.reports = policy, shuffle, []
-        self.open = []
-        for said in (self.world.description, self.world.question):
-            self.lay(said)
-
-    def lay(self, said):
-        """Put a message on the table, once for each listener."""
-        listeners = {StateReward: (self.tell_mentor, self.learner.hear_state),
-                     Recommendation: (self.learner.hear_recommendation,),
-                     Action: (self.world.hear_action,)}
-        if type(said).__name__ == 'WorldDescription':
-            listeners = {type(said): (self.tell_mentor_of_world, self.learner.hear_world)}
-        for listener in listeners.get(type(said), ()):
-            self.open.append((listener, said))
-        if type(said) not in listeners:
-            self.reports.append(said)
-
-    def tell_mentor(self, said):
-        """Let the mentor hear a state."""
-        return self.mentor.hear_state(said)
-
-    def tell_mentor_of_world(self, said):
-        """Let the mentor hear of the world, and make its policy."""
-        return self.mentor.use(self.policy) if self.mentor.hear_world(said) else ()
-
-    def hold(self):
-        """Let them talk until nothing is left to be said."""
-        while self.open:
-            index = self.shuffle.randrange(len(self.open))
-            listener, said = self.open[index]
-            if self.shuffle.random() > 0.1:
-                del self.open[index]
-            for answer in listener(said):
-                self.lay(answer)
-        return self
-
-
-@pytest.mark.parametrize('remembers', [True, False])
-@pytest.mark.parametrize('profile, name', ROWS)
-def test_any_order_and_repetition_gives_the_bits_of_the_compiled_loop(profile, name, remembers):
-    bar = read_map('bar_grid', profile)
-    policy = noisy_policy(World(bar), 0.3, random_generator())
-    row = replace(find_method(name, profile), episodes=3, iterations=3)
-    training = Training(World(bar), policy, row, seed=4)
-    iterations = [training.iterate() for _ in range(3)]
-    table = Table(row, bar, policy, 4, random.Random(1), remembers).hold()
-    assert table.learner.memory.digest() == training.memory.digest()
-    progress = [said for said in table.reports if isinstance(said, Progress)]
-    assert [said.mean_return for said in progress] == [it.mean_return for it in iterations]
-    assert repr([said.confidence for said in progress]) == repr([i.confidence for i in iterations])
-    assert [said.temperature for said in progress] == [it.temperature for it in iterations]
-    assert progress[-1].steps == sum(it.steps for it in iterations)
-    assert [said.finished for said in progress] == [False, False, True]
-    episodes = [said for said in table.reports if isinstance(said, Episode)]
-    assert len(episodes) == 9
-    assert sum(said.steps for said in episodes) == progress[-1].steps
-    assert all(said.terminated != said.truncated for said in episodes)
-
-
-def random_generator():
-    """Return a generator for a spoiled policy."""
-    from comply_ros.core.draws import streams
-    return streams(8)[0]
 
 
 FIRST = {'world': HERE, 'state': state(), 'advice': advice()}

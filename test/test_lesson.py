@@ -11,14 +11,15 @@ import sys
 from nodes import run, wait_until
 import pytest
 
+from comply_ros.core.methods import METHODS
 from comply_ros.experiments import train
 from comply_ros.nodes.processes import START
 
 pytestmark = pytest.mark.usefixtures('domain')
 
 # Iterations that make at least 20,000 steps on `maze` with half a mentor: one row of each kind.
-LONG = {'sarsa': 5, 'q_learning': 8, 'constant': 6, 'vanishing': 6, 'beta_implicit': 12,
-        'explicit': 10}
+LONG = {'watkins': 8, 'vanishing': 6, 'beta_implicit': 12, 'head_start': 30}
+AS_THE_TEXT_SAYS = ('sarsa_lambda', 'vanishing', 'beta_implicit', 'explicit')
 SMALL = ('--map', 'bar_grid', '--mentor', 'noisy:0.3', '--iterations', '3', '--episodes', '5')
 
 
@@ -52,9 +53,25 @@ def test_lesson_gives_the_digest_of_train(tmp_path, method):
     assert_equal_but_for_time(expected, taught(tmp_path / 'lesson', *argv))
 
 
-@pytest.mark.parametrize('method', LONG)
+@pytest.mark.parametrize('method', [name for name in METHODS['published'] if name not in LONG])
+def test_a_short_lesson_of_every_other_method_does_too(tmp_path, method):
+    assert_equal_but_for_time(
+        trained(tmp_path / 'train', *SMALL, '--method', method),
+        taught(tmp_path / 'lesson', *SMALL, '--method', method))
+
+
+@pytest.mark.parametrize('method', AS_THE_TEXT_SAYS)
 def test_lesson_gives_the_digest_of_train_as_the_text_says(tmp_path, method):
     argv = (*SMALL, '--method', method, '--profile', 'report', '--set', 'temperature=0.7')
+    assert_equal_but_for_time(trained(tmp_path / 'train', *argv),
+                              taught(tmp_path / 'lesson', *argv))
+
+
+@pytest.mark.parametrize('argv', [
+    ('--mentor', 'noisy:0.3@0.4', '--map', 'maze_as_run'),
+    ('--budget', '20', '--advising', 'important'), ('--budget', '20', '--advising', 'mistakes')])
+def test_a_mentor_that_says_little_says_the_same_over_topics(tmp_path, argv):
+    argv = (*SMALL, *argv)
     assert_equal_but_for_time(trained(tmp_path / 'train', *argv),
                               taught(tmp_path / 'lesson', *argv))
 

@@ -40,7 +40,7 @@ class MentorActor:
         self._forget_the_turn()
 
     def _forget_the_turn(self):
-        self._asked, self._acted = None, (0, -1)
+        self._asked, self._answer, self._acted = None, (), (0, -1)
 
     def hear_world(self, said):
         """
@@ -80,19 +80,22 @@ class MentorActor:
         if self.policy is None or said.run != self._run or self._must_see_first(said):
             self._held = said
             return ()
-        if self._held and self._held.run == self._run:
-            self._held = None
-        if self._held:  # of another run than the world that goes on here
+        if self._held and self._held.run != self._run:  # the world here goes on without it
             held, self._held = self._held, None
             return (problem_of_run(held, self._run, 'a state'), *self.hear_state(said))
+        if self._held and turn(said) >= turn(self._held):
+            self._held = None
         problem = problem_of_state(said, self.world)
         if problem:
             return (problem,)
         if said.terminated:
             return ()
+        if self.watches and self._asked and turn(said) <= turn(self._asked):
+            return self._answer if turn(said) == turn(self._asked) else ()
         self._asked = said
-        return (Recommendation(said.run, said.episode, said.step, said.state,
-                               self._advising.advise(said.state)),)
+        self._answer = (Recommendation(said.run, said.episode, said.step, said.state,
+                                       self._advising.advise(said.state)),)
+        return self._answer
 
     def hear_action(self, said):
         """Remember what the learner did; return what is to be said about a state that waited."""

@@ -135,7 +135,8 @@ def play(learns, step_limit, intended, starts, successor, reward, slips, termina
                 heed(s2, said2, method, q, visits, belief, arrivals, schedule)
             a2, p = choose(s2, said2, step + 1, decisions[met, 0], decisions[met, 1], method,
                            q, visits, belief, arrivals, schedule, traces, trail, outcomes)
-            watch(s2, a2, did)
+            if not over:  # the last choice of a truncated episode is never seen
+                watch(s2, a2, did)
             if said2 != NO_ACTION:
                 tally[WEIGHED] += 1.0
                 tally[TRUSTED] += p
