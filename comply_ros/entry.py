@@ -7,12 +7,6 @@ import signal
 import sys
 
 
-def end_with_parent():
-    """Arrange that this process ends, as by SIGTERM, when the one that started it does (Linux)."""
-    import ctypes
-    ctypes.CDLL(None).prctl(1, signal.SIGTERM)  # PR_SET_PDEATHSIG
-
-
 def _start(module, interrupted):
     """Run `main` of a module; until it takes over, Ctrl-C ends the process with that code."""
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -47,7 +41,10 @@ def topic():
 
 def train():
     """Run the same learning in one process."""
-    return _start('experiments.train', interrupted=130)
+    code = _start('experiments.train', interrupted=130)
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)  # a quarter of a second sooner than by taking the compiler apart
 
 
 def reproduce():

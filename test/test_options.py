@@ -152,7 +152,7 @@ def test_what_was_learned_is_in_the_file(tmp_path):
     with np.load(tmp_path / 'learning.npz') as learned:
         assert learned['q'].shape == (121, 4)
         assert set(learned) == {'q', 'visits', 'belief', 'arrivals', 'schedule', 'traces',
-                                'trail', 'confidence'}
+                                'trail', 'outcomes', 'confidence'}
         assert ((0 <= learned['confidence']) & (learned['confidence'] <= 1)).all()
     world = World(read_map('bar_grid', 'published'))
     assert parse_policy((tmp_path / 'mentor.txt').read_text(), world).shape == (121,)

@@ -48,4 +48,4 @@ def whole_numbers(axis):
 
 def save(figure, path):
     """Write a figure in the size of the page."""
-    write_picture(figure, path, dpi=120)
+    write_picture(figure, path, dpi=120, effort=9)

@@ -14,6 +14,7 @@ from comply_ros.session.ending import end_session
 from comply_ros.session.interrupts import check, interrupts
 from comply_ros.session.mentors import is_slow, mentor_policy
 from comply_ros.session.options import main_with, session_parser
+from comply_ros.session.painter import painter
 from comply_ros.session.results import save_learning
 from comply_ros.session.screen import progress_bar, words
 
@@ -31,6 +32,12 @@ def run(options):
     count = options.rest.seeds
     if count < 1:
         raise MethodError(f'seeds must be at least 1, got {count}')
+    with painter() as paint:
+        return train(options, count, paint)
+
+
+def train(options, count, paint):
+    """Train with that many seeds, write the results, return the exit code."""
     world = World(options.grid)
     yardstick = Yardstick(world)  # before the learning: it finds maps without end
     with interrupts() as stop, progress_bar() as bar:
@@ -42,7 +49,7 @@ def run(options):
             bar.update(task, advance=1, now=now)
         outcomes = train_all(options, world, advice, range(options.seed, options.seed + count),
                              tell, stop)
-    end_session(options, yardstick, advice, outcomes)
+    end_session(options, yardstick, advice, outcomes, paint)
     return 0
 
 

@@ -8,7 +8,7 @@ import subprocess
 import sys
 
 START = 'import sys; from comply_ros.entry import {0}; sys.argv[0] = "{0}"; sys.exit({0}())'
-CHILD = 'from comply_ros.entry import end_with_parent; end_with_parent(); ' + START
+CHILD = 'from comply_ros.session.interrupts import end_with_parent; end_with_parent(); ' + START
 LAST_LINES = 12
 PATIENCE = 5.0  # seconds that a node has to end after Ctrl-C
 

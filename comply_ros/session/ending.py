@@ -4,12 +4,11 @@
 import numpy as np
 
 from comply_ros.core.policy import format_policy
-from comply_ros.session.pictures import draw_learning_curve, draw_trust_map
 from comply_ros.session.results import summarize, write_summary
 from comply_ros.session.screen import show_table
 
 
-def end_session(options, yardstick, advice, outcomes):
+def end_session(options, yardstick, advice, outcomes, paint):
     """
     Write and show what the runs of a session came to; return the summary.
 
@@ -18,6 +17,7 @@ def end_session(options, yardstick, advice, outcomes):
     advice: `advice[s]` of the mentor.
     outcomes: one table for each seed, with `seed, returns, steps, wall_seconds, digest`;
         `learning.npz` of the first is already in the folder.
+    paint: what a `painter` gives.
 
     """
     world = yardstick.world
@@ -28,15 +28,17 @@ def end_session(options, yardstick, advice, outcomes):
     files = [write_summary(options.out, summary), options.out / 'learning.npz',
              options.out / 'learning_curve.png']
     curves = np.array([each['returns'] for each in outcomes])
-    draw_learning_curve(files[-1], curves, singles[0])
+    drawn = [paint('draw_learning_curve', files[-1], curves, singles[0])]
     if has_mentor:
         files.append(options.out / 'mentor.txt')
         files[-1].write_text(format_policy(advice, world))
     if has_mentor and options.row.needs_mentor():
         files.append(options.out / 'trust_map.png')
         with np.load(options.out / 'learning.npz') as learned:
-            draw_trust_map(files[-1], world, advice, learned['confidence'],
-                           learned['arrivals'] > 1, singles[0])
+            drawn.append(paint('draw_trust_map', files[-1], world, advice,
+                               learned['confidence'], learned['arrivals'] > 1, singles[0]))
+    for picture in drawn:
+        picture.result()
     show_table(singles[0], [each['seed'] for each in singles], files)
     return summary
 

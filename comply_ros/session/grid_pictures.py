@@ -2,16 +2,16 @@
 """Grids as pictures: cells, arrows, and arrows coloured by trust."""
 
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.collections import PatchCollection
+from matplotlib.collections import PolyCollection
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
-from matplotlib.patches import Rectangle
 import numpy as np
 
 from comply_ros.core.grid import NO_ACTION, STEPS
 
 # Blue-green against vermilion: told apart with any kind of colour vision, and on a grey print.
 BLUE, GREEN, RED, ORANGE, INK, PALE = '#0072B2', '#009E73', '#CC3311', '#E69F00', '#222', '#bbb'
+CORNERS = np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])  # of a cell
 TRUST = LinearSegmentedColormap.from_list('trust', [RED, '#e8d9b0', GREEN])
 
 
@@ -23,9 +23,9 @@ def grid_figure(world, title, size=8.0, beside=0.0):
     """
     grid = world.grid
     cell = size / max(grid.width, grid.height)
-    figure = Figure(figsize=(grid.width * cell + beside, grid.height * cell + 0.7),
-                    layout='constrained')
-    axes = figure.add_subplot()
+    wide, high = grid.width * cell, grid.height * cell
+    figure = Figure(figsize=(wide + 0.2 + beside, high + 0.7))
+    axes = place_axes(figure, 0.1, 0.3, wide, high)
     _draw_cells(axes, world)
     axes.set(xlim=(-0.7, grid.width - 0.3), ylim=(-0.7, grid.height - 0.3), aspect='equal',
              xticks=[], yticks=[])
@@ -34,10 +34,15 @@ def grid_figure(world, title, size=8.0, beside=0.0):
     return figure, axes
 
 
+def place_axes(figure, left, low, wide, high):
+    """Return new axes, placed in inches: an automatic layout takes as long as the drawing."""
+    width, height = figure.get_size_inches()
+    return figure.add_axes((left / width, low / height, wide / width, high / height))
+
+
 def _draw_cells(axes, world):
-    squares = [Rectangle((x - 0.5, y - 0.5), 1, 1)
-               for x, y in map(world.grid.place, np.flatnonzero(world.obstacle))]
-    axes.add_collection(PatchCollection(squares, facecolor='#d8d8d8', edgecolor='none'))
+    middles = np.transpose(world.grid.place(np.flatnonzero(world.obstacle)))
+    axes.add_collection(PolyCollection(middles[:, None] + CORNERS, facecolor='#d8d8d8'))
     for name, states, colour in (('goal', np.flatnonzero(world.terminal), INK),
                                  ('start', world.starts, BLUE)):
         if name == 'goal' or len(states) <= 16:
@@ -64,12 +69,12 @@ def draw_trust(figure, axes, world, policy, confidence, visited):
     draw_arrows(axes, world.grid, np.flatnonzero(there & ~visited), policy, color=PALE)
     seen = np.flatnonzero(there & visited)
     drawn = draw_arrows(axes, world.grid, seen, policy, confidence[seen], cmap=TRUST, clim=(0, 1))
-    bar = figure.colorbar(drawn, ax=axes, shrink=0.6, pad=0.02)
+    bar = figure.colorbar(drawn, cax=axes.inset_axes((1.03, 0.2, 0.025, 0.6)))
     bar.set_label('confidence in the mentor', color=INK)
     bar.outline.set_visible(False)
 
 
-def write_picture(figure, path, dpi=150):
-    """Write a figure to a PNG file."""
+def write_picture(figure, path, dpi=150, effort=1):
+    """Write a figure to a PNG file; effort: to make it small, from 1 (fast) to 9."""
     FigureCanvasAgg(figure)
-    figure.savefig(path, dpi=dpi, facecolor='white')
+    figure.savefig(path, dpi=dpi, facecolor='white', pil_kwargs={'compress_level': effort})

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Ctrl-C as a question that is asked between two steps, not as an exception in the middle."""
+"""How processes end: Ctrl-C as a question asked between two steps, and no child left alone."""
 
 from contextlib import contextmanager
+import ctypes
 import signal
 from threading import Event
 
@@ -34,3 +35,8 @@ def check(stop):
     """
     if stop.is_set():
         raise KeyboardInterrupt
+
+
+def end_with_parent():
+    """Arrange that this process ends, as by SIGTERM, when the one that started it does (Linux)."""
+    ctypes.CDLL(None).prctl(1, signal.SIGTERM)  # PR_SET_PDEATHSIG

@@ -12,6 +12,7 @@ from comply_ros.session.grid_pictures import (
     grid_figure,
     INK,
     ORANGE,
+    place_axes,
     write_picture,
 )
 
@@ -27,8 +28,8 @@ def draw_learning_curve(path, curves, summary):
     summary: of the (first) run.
 
     """
-    figure = Figure(figsize=(8, 4.5), layout='constrained')
-    axes = figure.add_subplot()
+    figure = Figure(figsize=(8, 4.5))
+    axes = place_axes(figure, 0.9, 0.6, 6.9, 3.5)
     iterations = np.arange(1, curves.shape[1] + 1)
     mean = curves.mean(axis=0)
     if len(curves) > 1:

@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A process that draws: it loads matplotlib on another core while this one learns."""
+
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
+from importlib import import_module
+from multiprocessing import get_context
+import signal
+
+from comply_ros.session.interrupts import end_with_parent
+
+
+@contextmanager
+def painter():
+    """
+    Give a function that draws: called with a name of `pictures` and its arguments, a future.
+
+    To be entered before there are threads: the process is a fork of this one.
+    """
+    with ProcessPoolExecutor(1, get_context('fork'), _leave_ctrl_c_to_the_parent) as pool:
+        pool.submit(_pictures)
+        yield lambda name, *arguments: pool.submit(_draw, name, *arguments)
+
+
+def _leave_ctrl_c_to_the_parent():
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    end_with_parent()
+
+
+def _pictures():
+    import_module('comply_ros.session.pictures')
+
+
+def _draw(name, *arguments):
+    getattr(import_module('comply_ros.session.pictures'), name)(*arguments)

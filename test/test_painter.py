@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A process that draws."""
+
+import os
+
+import numpy as np
+import pytest
+
+from comply_ros.session.painter import painter
+
+SUMMARY = {'optimal_return': 1.0, 'mentor_return': None, 'episodes': 2, 'method': 'sarsa',
+           'map': 'maze', 'mentor': 'none'}
+
+
+def children():
+    """Return the process ids of the children of this process."""
+    with open(f'/proc/{os.getpid()}/task/{os.getpid()}/children') as file:
+        return set(file.read().split())
+
+
+def test_a_picture_is_drawn_by_another_process_that_then_ends(tmp_path):
+    before = children()
+    with painter() as paint:
+        done = paint('draw_learning_curve', tmp_path / 'a.png', np.zeros((1, 5)), SUMMARY)
+        assert len(children() - before) == 1
+        done.result()
+    assert (tmp_path / 'a.png').read_bytes()[:4] == b'\x89PNG'
+    assert children() <= before
+
+
+def test_what_goes_wrong_there_is_said_here(tmp_path):
+    with painter() as paint, pytest.raises(FileNotFoundError):
+        paint('draw_learning_curve', tmp_path / 'no' / 'a.png', np.zeros((1, 5)), SUMMARY).result()
