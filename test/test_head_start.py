@@ -5,14 +5,8 @@ import numpy as np
 import pytest
 from worlds import Bench, room
 
-from comply_ros.core.compliance import (
-    confidence,
-    curiosity,
-    heed,
-    pooled_belief,
-    untried,
-    update_belief,
-)
+from comply_ros.core.belief import pooled_belief, update_belief
+from comply_ros.core.compliance import curiosity, heed
 from comply_ros.core.grid import DOWN, LEFT, RIGHT, UP
 from comply_ros.core.learning import choose
 from comply_ros.core.memory import AGREED, LISTEN, MET, POOLED, POOLED_DISCARD, POOLED_LISTEN
@@ -57,20 +51,14 @@ def test_it_is_counted_how_often_the_advice_is_the_best_action(as_run):
     assert as_run(curiosity)(-1, bench.numbers, bench.memory.schedule) == 0.2
 
 
-def p_of(as_run, bench, advice):
-    """Return the confidence in the advice in state 4."""
-    q, visits, belief, arrivals, schedule, *_ = bench.arrays
-    return as_run(confidence)(4, advice, 0, bench.numbers, q, visits, belief, arrivals, schedule)
-
-
 def test_the_best_action_is_followed_but_for_curiosity(as_run):
     bench = head_start(curiosity=0.2)
     bench.memory.q[4] = [1.0, 2.0, 3.0, 0.0]
     bench.memory.schedule[[AGREED, MET]] = 1.0, 4.0
-    assert p_of(as_run, bench, DOWN) == pytest.approx(1.0 - 0.2 * 0.75)
-    assert p_of(as_run, bench, LEFT) == 0.0
+    assert bench.confidence(as_run, advice=DOWN) == pytest.approx(1.0 - 0.2 * 0.75)
+    assert bench.confidence(as_run, advice=LEFT) == 0.0
     bench.memory.visits[4] = 2.0  # nothing is left to be tried
-    assert p_of(as_run, bench, DOWN) == 1.0
+    assert bench.confidence(as_run, advice=DOWN) == 1.0
 
 
 @pytest.mark.parametrize('advice, u_listen, u_act, action', [
@@ -95,11 +83,6 @@ def test_equally_good_actions_are_equally_likely(as_run, u, action):
     bench = head_start()
     bench.memory.q[4] = [3.0, 2.0, 1.0, 3.0]
     assert as_run(choose)(4, -1, 0, 0.0, u, bench.numbers, *bench.arrays)[0] == action
-
-
-def test_an_action_that_the_cell_has_not_is_not_untried(as_run):
-    bench = head_start()
-    assert as_run(untried)(0, bench.memory.q, bench.memory.visits) == 2
 
 
 def update(as_run, bench, s, a, delta):

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tiny worlds whose numbers can be worked out by hand, and learners in them."""
 
-from comply_ros.core.grid import Grid
+from comply_ros.core.belief import update_belief
+from comply_ros.core.compliance import confidence
+from comply_ros.core.grid import Grid, RIGHT
 from comply_ros.core.memory import Memory
 from comply_ros.core.method import Method
 from comply_ros.core.world import World
@@ -30,3 +32,15 @@ class Bench:
         self.numbers = self.method.numbers()
         self.memory = Memory.fresh(world, self.method)
         self.arrays = self.memory.arrays()
+
+    def confidence(self, as_run, s=4, advice=RIGHT, step=0):
+        """Return the confidence in the advice in state s, at a step of the episode."""
+        q, visits, belief, arrivals, schedule, *_ = self.arrays
+        return as_run(confidence)(s, advice, step, self.numbers, q, visits, belief, arrivals,
+                                  schedule)
+
+    def update_belief(self, as_run, a, delta, s=4):
+        """Change the belief by a step with action a in state s, where RIGHT was advised."""
+        memory = self.memory
+        as_run(update_belief)(s, a, RIGHT, delta, self.numbers, memory.q, memory.belief,
+                              memory.arrivals, memory.schedule)

@@ -3,19 +3,15 @@
 
 import math
 
+from comply_ros.core.belief import update_belief
 from comply_ros.core.compiled import kernel
-from comply_ros.core.compliance import (
-    confidence,
-    curiosity,
-    highest_but,
-    NOTHING,
-    update_belief,
-)
+from comply_ros.core.compliance import confidence, curiosity
 from comply_ros.core.grid import NO_ACTION
 from comply_ros.core.memory import BEST_RETURN, CONFIDENCE, STAGE, TEMPERATURE, TRUST_RATE
 from comply_ros.core.method import HEAD_START, NO_TRUST
 from comply_ros.core.outcomes import enlist, refresh, remember_outcome
 from comply_ros.core.traces import leave_trace, spread
+from comply_ros.core.values import highest_but, NOTHING, untried
 
 DRAWS = 2  # uniforms per state met: one to listen or not, one for the own choice
 
@@ -125,12 +121,11 @@ def curious_action(s, tries, u, q, visits):
 
     u: uniform in [0, 1); equally likely among them.
     """
-    best, untried, ties = highest_but(s, -1, q), 0, 0
+    best, unknown, ties = highest_but(s, -1, q), untried(s, q, visits), 0
     for a in range(4):
-        untried += int(q[s, a] > NOTHING and visits[s, a] == 1.0)
         ties += int(q[s, a] == best)
-    tries = tries and untried > 0
-    pick = int(u * (untried if tries else ties))
+    tries = tries and unknown > 0
+    pick = int(u * (unknown if tries else ties))
     for a in range(4):
         if (q[s, a] > NOTHING and visits[s, a] == 1.0) if tries else q[s, a] == best:
             if pick == 0:

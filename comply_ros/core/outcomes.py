@@ -2,8 +2,8 @@
 """Values from remembered outcomes: where each action usually leads, and what it earns."""
 
 from comply_ros.core.compiled import kernel
-from comply_ros.core.compliance import highest_but, NOTHING
 from comply_ros.core.traces import end_traces
+from comply_ros.core.values import highest_but, NOTHING
 
 REWARD, SUCCESSOR, VOTES = range(3)  # outcomes[s, a, ...]
 THE_END = -1.0  # successor of an action that ends the episode in a terminal state
