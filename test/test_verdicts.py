@@ -6,16 +6,18 @@ import pytest
 
 from comply_ros.experiments import verdicts
 from comply_ros.experiments.figures import Mentors, report_figures
+from comply_ros.experiments.results_data import Results
 from comply_ros.experiments.verdicts import verdict
 
 FIGURES = {figure.name: figure for figure in report_figures('published', Mentors())}
 
 
-class Made:
+class Made(Results):
     """Results that were made up: one curve for every run, by its method."""
 
     def __init__(self, **curves):
-        self.curves, self.profile = curves, 'published'
+        super().__init__(None, 'published')
+        self.curves = curves
 
     def counted(self, run):
         """Return the curve of a run's method, the same for two seeds."""
@@ -39,8 +41,8 @@ DIP = [5.0] * 20 + [-5.0] * 40 + [5.0] * 40
 
 
 def test_an_undershoot_is_how_far_the_curve_falls_below_its_beginning():
-    assert verdicts.undershoot(Made(vanishing=DIP), FIGURES['3.8'].all_runs()[0]) == 10.0
-    assert verdicts.undershoot(Made(vanishing=FLAT), FIGURES['3.8'].all_runs()[0]) == 0.0
+    assert Made(vanishing=DIP).undershoot(FIGURES['3.8'].all_runs()[0]) == 10.0
+    assert Made(vanishing=FLAT).undershoot(FIGURES['3.8'].all_runs()[0]) == 0.0
 
 
 @pytest.mark.parametrize('curve, agrees', [(DIP, True), (FLAT, False), ([-70.0] * 100, False)])

@@ -10,6 +10,7 @@ from comply_ros.experiments import runs
 from comply_ros.experiments.runs import Run
 
 WRONG = 0.15  # a recommendation that costs more than this, one step and a half, is wrong
+LAST = 20  # iterations at an end of a curve that are averaged
 EVERY = 10  # iterations between two looks at a learner's greedy policy
 
 
@@ -56,6 +57,26 @@ class Results:
             most = self.counted(run).shape[1]
             return [most if value is None else value for value in values]
         return values
+
+    def mean_of(self, run, name):
+        """Mean over the seeds of a measure; nan where no seed has it."""
+        values = [each for each in self.measured(run, name) if each is not None]
+        return float(np.mean(values)) if values else float('nan')
+
+    def end_of(self, run):
+        """Mean return of the last iterations, over all seeds."""
+        return float(self.counted(run)[:, -LAST:].mean())
+
+    def share_of_optimal(self, run):
+        """Where the end of a curve lies, from the random policy (0) to the optimal one (1)."""
+        random, optimal = (self.return_at(run, level) for level in (0, 1))
+        return (self.end_of(run) - random) / (optimal - random)
+
+    def undershoot(self, run):
+        """How far the mean curve falls below its own first iterations, before it ends."""
+        mean = self.counted(run).mean(axis=0)
+        smooth = np.convolve(mean, np.ones(LAST) / LAST, 'valid')
+        return float(smooth[0] - smooth.min())
 
     def advice(self, run):
         """`advice[s]` of the run's mentor."""

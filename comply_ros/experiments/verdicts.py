@@ -8,9 +8,8 @@ import numpy as np
 from comply_ros.core.grid import STEPS
 from comply_ros.core.planning import optimal_policy, sweeps_until, value_iteration
 from comply_ros.experiments.figures import COMPLIANT
+from comply_ros.experiments.results_data import LAST
 from comply_ros.experiments.runs import Run
-
-LAST = 20  # iterations at the end of a curve that are averaged
 
 
 class Verdict(NamedTuple):
@@ -18,30 +17,6 @@ class Verdict(NamedTuple):
 
     agrees: bool
     evidence: str
-
-
-def end_of(results, run):
-    """Mean return of the last iterations, over all seeds."""
-    return float(results.counted(run)[:, -LAST:].mean())
-
-
-def share_of_optimal(results, run):
-    """Where the end of a curve lies between the random policy (0) and the optimal one (1)."""
-    random, optimal = (results.return_at(run, level) for level in (0, 1))
-    return (end_of(results, run) - random) / (optimal - random)
-
-
-def undershoot(results, run):
-    """How far the mean curve falls below its own first iterations, before it ends."""
-    mean = results.counted(run).mean(axis=0)
-    smooth = np.convolve(mean, np.ones(LAST) / LAST, 'valid')
-    return float(smooth[0] - smooth.min())
-
-
-def mean_of(results, run, name):
-    """Mean over the seeds of a measure; nan where no seed has it."""
-    values = [each for each in results.measured(run, name) if each is not None]
-    return float(np.mean(values)) if values else float('nan')
 
 
 def _only(figure):
@@ -89,16 +64,16 @@ def of_convergence(results, figure):
     run = _only(figure)
     random, optimal = (results.return_at(run, level) for level in (0, 1))
     share = (results.greedy_return(run) - random) / (optimal - random)
-    return Verdict(share > 0.99, f'the learner ends at {end_of(results, run):.2f}, exploring; its '
+    return Verdict(share > 0.99, f'the learner ends at {results.end_of(run):.2f}, exploring; its '
                    f'greedy policy has {results.greedy_return(run):.2f}, {share:.1%} of the way '
                    'from the random to the optimal policy')
 
 
 def of_classical(results, figure):
     """Tell the times of TD(0) and of traces."""
-    times = {name: mean_of(results, run, 'time_to_convergence')
+    times = {name: results.mean_of(run, 'time_to_convergence')
              for name, run in figure.runs.items()}
-    ends = [share_of_optimal(results, run) for run in figure.runs.values()]
+    ends = [results.share_of_optimal(run) for run in figure.runs.values()]
     slow, fast = min(times['sarsa'], times['q_learning']), max(times['sarsa_lambda'],
                                                                times['watkins'])
     return Verdict(fast < slow / 2 and max(ends) < 1.0, 'times to convergence: ' + ', '.join(
@@ -116,8 +91,8 @@ def of_growth(results, figure):
 def of_constant(results, figure):
     """Tell whether the learner stays with its mentor."""
     run = _only(figure)
-    gap = results.mentor_return(run) - end_of(results, run)
-    return Verdict(abs(gap) < 0.3, f'it ends at {end_of(results, run):.2f}; the mentor itself '
+    gap = results.mentor_return(run) - results.end_of(run)
+    return Verdict(abs(gap) < 0.3, f'it ends at {results.end_of(run):.2f}; the mentor itself '
                    f'has {results.mentor_return(run):.2f}')
 
 
@@ -131,12 +106,12 @@ def of_loops(results, figure):
 
 def of_vanishing(results, figure):
     """Tell how deep the undershoot is, and where the curves end."""
-    drops = [undershoot(results, run) for run in figure.runs.values()]
-    shares = [share_of_optimal(results, run) for run in figure.runs.values()]
+    drops = [results.undershoot(run) for run in figure.runs.values()]
+    shares = [results.share_of_optimal(run) for run in figure.runs.values()]
     return Verdict(drops[0] > 0.5 and min(shares) > 0.97,
                    'it falls by ' + ' and '.join(f'{drop:.1f}' for drop in drops)
                    + ' below its beginning, and ends at '
-                   + ' and '.join(f'{end_of(results, run):.2f}' for run in figure.runs.values()))
+                   + ' and '.join(f'{results.end_of(run):.2f}' for run in figure.runs.values()))
 
 
 def of_densities(results, figure):
@@ -147,11 +122,11 @@ def of_densities(results, figure):
 def of_adaptive(results, figure):
     """Tell how deep the curve falls against the vanishing learner's, and where it ends."""
     run = _only(figure)
-    drop, share = undershoot(results, run), share_of_optimal(results, run)
-    other = undershoot(results, run._replace(method='vanishing', settings=()))
+    drop, share = results.undershoot(run), results.share_of_optimal(run)
+    other = results.undershoot(run._replace(method='vanishing', settings=()))
     return Verdict(drop <= max(other / 2, 0.5) and share > 0.97,
                    f'it falls by {drop:.1f} where vanishing falls by {other:.1f}, and ends at '
-                   f'{end_of(results, run):.2f}')
+                   f'{results.end_of(run):.2f}')
 
 
 def of_histogram(results, figure):
@@ -174,8 +149,8 @@ def of_trust(results, figure):
 
 def of_three(results, figure):
     """Tell the times and regrets of the three compliant learners."""
-    regrets = {name: mean_of(results, run, 'regret') for name, run in figure.runs.items()}
-    times = [mean_of(results, run, 'time_to_convergence') for run in figure.runs.values()]
+    regrets = {name: results.mean_of(run, 'regret') for name, run in figure.runs.items()}
+    times = [results.mean_of(run, 'time_to_convergence') for run in figure.runs.values()]
     alike = max(times) < 2.5 * min(times)
     best = max(regrets['beta_implicit'], regrets['explicit']) < regrets['vanishing']
     return Verdict(best if figure.name == '4.13' else alike, 'times '
@@ -185,7 +160,7 @@ def of_three(results, figure):
 
 def of_times(results, figure):
     """Tell how the times change with the mentor."""
-    times = {key: mean_of(results, run, figure.kind) for key, run in figure.runs.items()}
+    times = {key: results.mean_of(run, figure.kind) for key, run in figure.runs.items()}
     grow = all(times[method, 1.0] < times[method, 0.5] for method in COMPLIANT)
     return Verdict(grow, 'from the optimal mentor to that of 50 %: ' + ', '.join(
         f'{method} {times[method, 1.0]:.0f} to {times[method, 0.5]:.0f}' for method in COMPLIANT))
@@ -193,7 +168,7 @@ def of_times(results, figure):
 
 def of_ratios(results, figure):
     """Tell whether the adaptive learners collect more."""
-    ratios = {key: mean_of(results, run, figure.kind) for key, run in figure.runs.items()}
+    ratios = {key: results.mean_of(run, figure.kind) for key, run in figure.runs.items()}
     worst = min(ratios['beta_implicit', 0.5], ratios['explicit', 0.5])
     return Verdict(worst > ratios['vanishing', 0.5], 'with the mentor of 50 %: ' + ', '.join(
         f'{method} {ratios[method, 0.5]:.2f}' for method in COMPLIANT))
@@ -201,7 +176,7 @@ def of_ratios(results, figure):
 
 def of_alone(results, figure):
     """Tell the regrets with a mentor and without."""
-    regrets = {name: mean_of(results, run, 'regret') / results.counted(run).shape[1]
+    regrets = {name: results.mean_of(run, 'regret') / results.counted(run).shape[1]
                for name, run in figure.runs.items()}
     compliant = max(regrets[name] for name in ('beta_implicit', 'explicit'))
     others = min(value for name, value in regrets.items() if name not in COMPLIANT)
@@ -211,7 +186,7 @@ def of_alone(results, figure):
 
 def of_traces(results, figure):
     """Tell the compliant learners' measure against that of traces alone."""
-    values = {key: mean_of(results, run, figure.kind) for key, run in figure.runs.items()}
+    values = {key: results.mean_of(run, figure.kind) for key, run in figure.runs.items()}
     traces = [values[method, None] for method in ('sarsa_lambda', 'watkins')]
     ours = [values[method, 0.74] for method in COMPLIANT]
     if figure.kind == 'reward_ratio':
@@ -226,7 +201,7 @@ def of_traces(results, figure):
 
 def of_off_policy(results, figure):
     """Tell the regret on-policy and off-policy."""
-    on, off = (mean_of(results, run, 'regret') for run in figure.runs.values())
+    on, off = (results.mean_of(run, 'regret') for run in figure.runs.values())
     return Verdict(off < on, f'regret {on:.0f} on-policy, {off:.0f} off-policy')
 
 
