@@ -144,7 +144,7 @@ def test_who_comes_late_learns_nothing_from_what_it_has_not_seen():
     actor.hear_recommendation(advice(episode=3, step=9, s=1))
     assert len(actor.hear_state(state(episode=3, step=9, s=1, reward=-1.0))) == 1
     assert actor.memory.digest() == digest
-    assert actor.steps == 0
+    assert actor.student.steps == 0
 
 
 def test_a_mentor_that_changes_its_mind_is_heard_from_the_next_visit_on():
@@ -247,7 +247,7 @@ def test_a_learner_that_is_finished_rests_also_when_its_world_comes_back():
     assert actor.memory.digest() == digest
     actor.hear_world(describe(grid('.G'), 'other', 9))
     assert len(actor.hear_state(state(run=9))) == 1
-    assert (actor.finished, actor.iterations_done) == (False, 0)
+    assert (actor.finished, actor.student.iterations_done) == (False, 0)
 
 
 def test_who_waits_says_for_what():

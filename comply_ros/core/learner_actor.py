@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The learner in the conversation: a state and a recommendation in, an action out."""
 
-from comply_ros.core.compliance import heed
 from comply_ros.core.dialogue import (
     Action,
     grid_of,
@@ -9,16 +8,13 @@ from comply_ros.core.dialogue import (
     problem_of_advice,
     problem_of_run,
     problem_of_state,
-    Progress,
     Refused,
     turn,
 )
 from comply_ros.core.draws import Draws, streams
 from comply_ros.core.grid import NO_ACTION
-from comply_ros.core.learning import choose, cool, DRAWS, learn
-from comply_ros.core.memory import Memory, TEMPERATURE
-from comply_ros.core.outcomes import end_episode
-from comply_ros.core.training import mean_return
+from comply_ros.core.learning import DRAWS
+from comply_ros.core.student import Student
 from comply_ros.core.world import World
 
 NOT_YET = (0, -1)  # before the first turn, which is (1, 0)
@@ -38,17 +34,15 @@ class LearnerActor:
 
     Attributes
     ----------
-    memory: the `Memory`, None before a world is known.
-    finished: True when all iterations are done; from then on it answers nothing, except in
-        another world, which it begins to learn.
+    world: the `World` that was described last, None before.
+    student: the `Student` that learns in it, None before. When it has finished, nothing is
+        answered, except in another world, which a new one begins to learn.
 
     """
 
     def __init__(self, method, seed, remembers_advice=True):
         self._remembers_advice = remembers_advice
-        self.method, self.memory, self.world = method, None, None
-        self.finished = False
-        self._numbers = method.numbers()
+        self.method, self.world, self.student = method, None, None
         self._draws = Draws(streams(seed)[1], DRAWS)
         self._run, self._early = None, {}
         self._forget_the_turn()
@@ -71,17 +65,22 @@ class LearnerActor:
         self._forget_the_turn()
         notice = f'goes on in world {said.name!r}, run {said.run}'
         if self.world is None or self.world.grid != grid:
-            self._begin_world(World(grid))
+            self.world = World(grid)
+            self.student = Student(self.world, self.method)
             notice = f'begins to learn world {said.name!r}, run {said.run}'
         early, self._early = self._early, {}
         return (Notice(notice),
                 *(answer for hear, (held, _) in early.items() for answer in hear(held)))
 
-    def _begin_world(self, world):
-        self.world, self.memory = world, Memory.fresh(world, self.method)
-        self._views = self.memory.views()
-        self.iterations_done, self.steps, self.finished = 0, 0, False
-        self._begin_iteration()
+    @property
+    def memory(self):
+        """`Memory` of what was learned in this world; None before a world is known."""
+        return self.student and self.student.memory
+
+    @property
+    def finished(self):
+        """Tell whether all iterations are done; from then on nothing is answered."""
+        return self.student is not None and self.student.finished
 
     def advice_heard(self):
         """`advice[s]`: what the mentor said last in every state, -1 where nothing yet."""
@@ -167,77 +166,39 @@ class LearnerActor:
         s, u = asked.state, self._draws.row()
         a, p = NO_ACTION, 0.0
         if not asked.terminated:
-            if self._learns():
-                q, visits, belief, arrivals, schedule, *_ = self._views
-                heed(s, advice, self._numbers, q, visits, belief, arrivals, schedule)
-            a, p = choose(s, advice, asked.step, *u, self._numbers, *self._views)
+            a, p = self.student.choose(s, advice, asked.step, u)
         self._learn_from(asked, a)
+        self.student.weigh(advice, p)
         self._previous = s, a, advice
         self._answered, self._asked = turn(asked), None
-        if advice != NO_ACTION:
-            self._weighed, self._trusted = self._weighed + 1, self._trusted + p
-        followed = advice != NO_ACTION and u[0] < p
         if asked.terminated or asked.truncated:
             return self._end_episode(asked)
+        followed = advice != NO_ACTION and u[0] < p
         self._answer = Action(*asked[:3], a, followed, p)
         return (self._answer,)
 
     def _learn_from(self, asked, a):
         """Change the memory by the step that led here, if it is known where it began."""
-        episode, step = self._answered
         if asked.step == 0:
-            self._seen_whole, self._return = True, 0.0
-            self._end_traces()
-        elif (asked.episode, asked.step - 1) != (episode, step):
-            self._seen_whole = False
-            self._end_traces()
+            self.student.begin_episode()
+        elif (asked.episode, asked.step - 1) != self._answered:
+            self.student.lose_track()
         else:
-            self._return += asked.reward
-            self.steps += 1
-            if self._learns():
-                s, b, advice = self._previous
-                learn(s, b, asked.reward, asked.state, a, asked.terminated, advice,
-                      self._numbers, *self._views)
-
-    def _learns(self):
-        return self.iterations_done >= self.method.measuring_iterations
-
-    def _end_traces(self):
-        """Change the memory by what the end of an episode changes; twice is as good as once."""
-        q, visits, _, _, _, traces, trail, outcomes = self._views
-        end_episode(self._numbers, q, visits, outcomes, traces, trail)
+            s, b, advice = self._previous
+            self.student.learn(s, b, asked.reward, asked.state, a, asked.terminated, advice)
 
     def _end_episode(self, asked):
         """Return the `Action` that lets the next episode begin, and the `Progress` if any."""
-        self._end_traces()
         self._answer = Action(*asked[:3], NO_ACTION, False, 0.0)
-        if self._seen_whole:
-            self._returns.append(self._return)
-        if len(self._returns) < self.method.episodes:
+        progress = self.student.end_episode()
+        if progress is None:
             return (self._answer,)
-        progress = self._end_iteration()
+        progress = progress._replace(run=self._run)
         if self.finished:
             self._answer = None
             return (progress,)
         return (self._answer, progress)
 
-    def _end_iteration(self):
-        """Change schedule and counters; return the `Progress`."""
-        self.iterations_done += 1
-        self.finished = self.iterations_done == self.method.iterations
-        progress = Progress(
-            self._run, self.iterations_done, self.method.iterations, len(self._returns),
-            self.steps, mean_return(self._returns),
-            self._trusted / self._weighed if self._weighed else float('nan'),
-            float(self.memory.schedule[TEMPERATURE]), self.finished)
-        cool(progress.mean_return, self._numbers, self.memory.schedule)
-        self._begin_iteration()
-        return progress
-
-    def _begin_iteration(self):
-        self._returns, self._weighed, self._trusted = [], 0, 0.0
-
     def _forget_the_turn(self):
         self._answered, self._answer = NOT_YET, None
         self._asked, self._previous, self._heard = None, None, {}
-        self._seen_whole, self._return = False, 0.0

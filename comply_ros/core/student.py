@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a learner does in one world, step by step, whoever brings the messages."""
+
+from comply_ros.core.compliance import heed
+from comply_ros.core.dialogue import Progress
+from comply_ros.core.grid import NO_ACTION
+from comply_ros.core.learning import choose, cool, learn
+from comply_ros.core.memory import Memory, TEMPERATURE
+from comply_ros.core.outcomes import end_episode
+from comply_ros.core.training import mean_return
+
+
+class Student:
+    """
+    A learner in one world: chooses, learns, and counts its iterations.
+
+    Parameters
+    ----------
+    world: the `World`.
+    method: the `Method`.
+
+    Attributes
+    ----------
+    memory: the `Memory`.
+    steps, iterations_done: so far.
+    finished: True when all iterations are done.
+
+    """
+
+    def __init__(self, world, method):
+        self.memory, self._method = Memory.fresh(world, method), method
+        self._numbers, self._views = method.numbers(), self.memory.views()
+        self.iterations_done, self.steps, self.finished = 0, 0, False
+        self._begin_iteration()
+        self.lose_track()
+
+    def lose_track(self):
+        """Change the memory by the end of what led here; the episode does not count."""
+        self._end_traces()
+        self._seen_whole, self._return = False, 0.0
+
+    def begin_episode(self):
+        """Begin an episode that is seen from its first state."""
+        self.lose_track()
+        self._seen_whole = True
+
+    def choose(self, s, advice, step, draws):
+        """
+        Change the memory by what hearing advice changes; return the action in s, and p.
+
+        draws: uniforms, to listen and to act.
+        """
+        if self._learns():
+            q, visits, belief, arrivals, schedule, *_ = self._views
+            heed(s, advice, self._numbers, q, visits, belief, arrivals, schedule)
+        return choose(s, advice, step, *draws, self._numbers, *self._views)
+
+    def weigh(self, advice, p):
+        """Count a decision that had advice, and the confidence p in it."""
+        if advice != NO_ACTION:
+            self._weighed, self._trusted = self._weighed + 1, self._trusted + p
+
+    def learn(self, s, a, r, s2, a2, done, advice):
+        """Change the memory by one step, and count it."""
+        self._return += r
+        self.steps += 1
+        if self._learns():
+            learn(s, a, r, s2, a2, done, advice, self._numbers, *self._views)
+
+    def end_episode(self):
+        """Change the memory; return the `Progress` (of run 0) if the iteration ends, or None."""
+        self._end_traces()
+        if self._seen_whole:
+            self._returns.append(self._return)
+        if len(self._returns) < self._method.episodes:
+            return None
+        self.iterations_done += 1
+        self.finished = self.iterations_done == self._method.iterations
+        progress = self._progress()
+        cool(progress.mean_return, self._numbers, self.memory.schedule)
+        self._begin_iteration()
+        return progress
+
+    def _progress(self):
+        return Progress(
+            0, self.iterations_done, self._method.iterations, len(self._returns), self.steps,
+            mean_return(self._returns),
+            self._trusted / self._weighed if self._weighed else float('nan'),
+            float(self.memory.schedule[TEMPERATURE]), self.finished)
+
+    def _learns(self):
+        return self.iterations_done >= self._method.measuring_iterations
+
+    def _end_traces(self):
+        q, visits, _, _, _, traces, trail, outcomes = self._views
+        end_episode(self._numbers, q, visits, outcomes, traces, trail)
+
+    def _begin_iteration(self):
+        self._returns, self._weighed, self._trusted = [], 0, 0.0
