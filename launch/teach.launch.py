@@ -13,8 +13,8 @@ DEFAULT_FILE = PathJoinSubstitution([FindPackageShare('comply_ros'), 'config', '
 ARGUMENTS = (
     ('map', '', 'name of a map that comes with the package, or a file'),
     ('method', '', 'how to learn'),
-    ('mentor', '', 'optimal, random, adversarial, noisy:P, snapshot:Q, file:PATH, none; @C behind it: a '
-     'share C of the states'),
+    ('mentor', '', 'optimal, random, adversarial, noisy:P, snapshot:Q, file:PATH, none; with @C '
+     'behind it, in a share C of the states only'),
     ('seed', '', 'seed of the world and the learner'),
     ('profile', '', "settings of the report's text, or of the published runs"),
     ('namespace', '', 'of the three nodes, for a second robot'),
