@@ -35,3 +35,16 @@ the runs behind its figures did:
 In both, constant and vanishing compliance may choose the refused action themselves (section
 3.4.1), the others may not (3.7).
 """
+
+HEAD_START = """It is one row with one setting for
+all mentors, that works in the nodes like any other. Advice is a head start: the recommended action
+begins a little above the others, and is followed until experience puts it below one. Where it ends
+up is learned from remembered outcomes: where each action usually led and what it earned, replayed
+backwards when an episode ends. How often it tries what it never tried depends on how often the
+advice of this mentor, in all states so far, is the best action known: a prior that is learned.
+
+It is no fair match for the others in one respect: it learns a model, and takes each action to have
+one usual outcome, which a slip is an exception to. Where an action has several outcomes of equal
+weight, its values are wrong, and the other rows are not. "Best published" with a random and an
+adversarial mentor is the best learner without one (watkins); none was run with such mentors.
+"""

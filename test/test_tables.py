@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Tables of the page, from numbers that are made up."""
+
+from comply_ros.experiments.figures import as_drawn, Mentors
+from comply_ros.experiments.numbers import name_of
+from comply_ros.experiments.tables import tables_of
+
+
+def around(mean, half):
+    """Return a mean with an interval."""
+    return {'mean': mean, 'low': mean - half, 'high': mean + half}
+
+
+def numbers(**cells):
+    """Return numbers of a reproduction of one cell: vanishing with the optimal mentor."""
+    name = name_of(as_drawn('vanishing', 'published', 'optimal'))
+    cell = {'mean': [5.0] * 60, 'time_to_convergence': around(61.0, 2.0),
+            'reward_ratio': around(0.65, 0.01), 'regret': around(315.0, 4.0), **cells}
+    return {'profile': 'published', 'mentor_specs': list(Mentors()), 'cells': {name: cell},
+            'mazes': {'maze': {'random_return': -71.57}, 'maze_as_run': {'random_return': -69.07}}}
+
+
+def row(lines, begin):
+    """Return the cells of the first row that begins like this."""
+    line = next(each for each in lines if each.startswith(f'| {begin} |'))
+    return [cell.strip() for cell in line.strip('|').split('|')]
+
+
+def test_a_cell_stands_beside_what_was_published():  # 61 is half of 122, 315 is 315
+    assert row(list(tables_of(numbers())), 'vanishing | 100 %') == [
+        'vanishing', '100 %', '122 / 0.65 / 315', '61 ± 2 / 0.65 ± 0.01 / 315 ± 4', '-50 %, 0 %',
+        '-']
+
+
+def test_what_was_not_computed_or_has_no_number_is_a_dash():
+    lines = list(tables_of(numbers(reward_ratio=None)))
+    assert row(lines, 'vanishing | 100 %')[3] == '61 ± 2 / - / 315 ± 4'
+    assert row(lines, 'explicit | 50 %')[2:] == ['209 / 0.09 / 1223', '-', '-', '-']
+
+
+def test_what_rounds_to_0_has_no_sign():
+    lines = list(tables_of(numbers(regret=around(-0.3, 0.2))))
+    assert row(lines, 'vanishing | 100 %')[3].endswith('/ 0 ± 0')
+
+
+def test_the_slips_are_told_with_the_computed_returns():
+    text = '\n'.join(tables_of(numbers()))
+    assert 'measured at -69.1, has -69.07 with such slips' in text
+    assert '-71.57 where a slip takes any other action' in text
