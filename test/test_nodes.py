@@ -21,7 +21,7 @@ import rclpy
 from rclpy.node import Node
 
 from comply_ros.core.method import FIELDS
-from comply_ros.core.methods import find_method
+from comply_ros.core.methods import find_method, METHODS
 from comply_ros.core.training import Training
 from comply_ros.core.world import World
 from comply_ros.nodes import parameters, topics
@@ -160,10 +160,10 @@ def call(node, kind, name, **request):
      'learner: parameter temperature must lie in [1e-09, 1000000], got -1.0'),
     ('learner', 'episodes:=1.5', 'learner: parameter episodes must be an integer such as 1, '
      'got 1.5'),
-    ('learner', 'method:=sarse', 'learner: parameter method must be one of sarsa, q_learning, '
-     "constant, vanishing, beta_implicit, explicit, got 'sarse'"),
+    ('learner', 'method:=sarse', 'learner: parameter method must be one of '
+     f"{', '.join(METHODS['published'])}, got 'sarse'"),
     ('learner', 'trust:=blind', 'learner: parameter trust must be one of none, scheduled, beta, '
-     "explicit, got 'blind'"),
+     "explicit, shaping, jump_start, head_start, got 'blind'"),
     ('learner', 'belief_listen:=-1.0', 'learner: belief_listen and belief_discard must be above 0 '
      'where trust is beta, got -1.0 and 2.0'),
     ('grid_world', 'seed:=-1',
@@ -171,7 +171,7 @@ def call(node, kind, name, **request):
     ('grid_world', 'rate:=5', 'grid_world: parameter rate must be a double such as 1.0 (with a '
      'point), got 5'),
     ('grid_world', 'map:=nowhere', "grid_world: map 'nowhere': a map must be one of bar_grid, "
-     'free_grid, maze or a readable file (no such file or directory)'),
+     'free_grid, maze, maze_as_run or a readable file (no such file or directory)'),
     ('mentor', 'mentor:=good', 'mentor: a mentor must be one of optimal, random, adversarial, '
      "noisy:P, snapshot:Q, file:PATH, none, got 'good'"),
 ])

@@ -8,7 +8,8 @@ import subprocess
 import sys
 
 START = 'import sys; from comply_ros.entry import {0}; sys.argv[0] = "{0}"; sys.exit({0}())'
-CHILD = 'from comply_ros.session.interrupts import end_with_parent; end_with_parent(); ' + START
+CHILD = ('from comply_ros.session.interrupts import end_with_parent; end_with_parent({1}); '
+         + START)
 LAST_LINES = 12
 PATIENCE = 5.0  # seconds that a node has to end after Ctrl-C
 
@@ -33,7 +34,8 @@ class NodeProcess:
         self.name, self.log = name, Path(folder) / f'{name}.log'
         with self.log.open('wb') as output:
             self._process = subprocess.Popen(
-                [sys.executable, '-P', '-c', CHILD.format(name), '--ros-args', *arguments],
+                [sys.executable, '-P', '-c', CHILD.format(name, os.getpid()),
+                 '--ros-args', *arguments],
                 stdout=output, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL,
                 start_new_session=True)  # Ctrl-C is for the lesson, which then ends its nodes
 

@@ -3,6 +3,7 @@
 
 from contextlib import contextmanager
 import ctypes
+import os
 import signal
 from threading import Event
 
@@ -37,6 +38,12 @@ def check(stop):
         raise KeyboardInterrupt
 
 
-def end_with_parent():
-    """Arrange that this process ends, as by SIGTERM, when the one that started it does (Linux)."""
+def end_with_parent(parent):
+    """
+    Arrange that this process ends, as by SIGTERM, when the one that started it does (Linux).
+
+    parent: its process id; if it has ended already, this process ends now.
+    """
     ctypes.CDLL(None).prctl(1, signal.SIGTERM)  # PR_SET_PDEATHSIG
+    if os.getppid() != parent:
+        os._exit(0)

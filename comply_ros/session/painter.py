@@ -5,6 +5,7 @@ from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from importlib import import_module
 from multiprocessing import get_context
+import os
 import signal
 
 from comply_ros.session.interrupts import end_with_parent
@@ -17,15 +18,16 @@ def painter():
 
     To be entered before there are threads: the process is a fork of this one.
     """
-    with ProcessPoolExecutor(1, get_context('fork'), _leave_ctrl_c_to_the_parent) as pool:
+    with ProcessPoolExecutor(1, get_context('fork'), _obey, (os.getpid(),)) as pool:
         pool.submit(_pictures)
         yield lambda name, *arguments: pool.submit(_draw, name, *arguments)
 
 
-def _leave_ctrl_c_to_the_parent():
+def _obey(parent):
+    """Leave Ctrl-C to the parent, and end when it does."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    end_with_parent()
+    end_with_parent(parent)
 
 
 def _pictures():
