@@ -24,8 +24,8 @@ def test_beta_belief_learns_from_delta(as_run, listened, alpha, beta):  # (3.9),
     bench = Bench(room(), trust='beta', trust_rate=2.0)
     a = RIGHT if listened else UP
     bench.update_belief(as_run, a, 0.5)
-    assert bench.memory.belief[4].tolist() == pytest.approx([alpha, beta])
-    assert bench.memory.belief[3].tolist() == [8.0, 2.0]
+    assert bench.memory.belief[4, :2].tolist() == pytest.approx([alpha, beta])
+    assert bench.memory.belief[3, :2].tolist() == [8.0, 2.0]
 
 
 @pytest.mark.parametrize('delta, alpha', [(0.01, 8.4), (-3.0, 7.6), (0.0, 8.0)])
@@ -39,14 +39,14 @@ def test_published_beta_belief_learns_from_the_sign(as_run, delta, alpha):  # 2 
 def test_published_belief_is_cut_at_0_and_the_text_is_not(as_run, bounded, alpha):
     bench = Bench(room(), trust='beta', trust_rate=2.0, bounded_belief=bounded)
     bench.update_belief(as_run, RIGHT, -50.0)
-    assert bench.memory.belief[4].tolist() == pytest.approx([alpha, 2.0])
+    assert bench.memory.belief[4, :2].tolist() == pytest.approx([alpha, 2.0])
 
 
 def test_a_belief_of_which_nothing_is_left_stays_so(as_run):
     bench = Bench(room(), trust='beta', bounded_belief=True)
     bench.memory.belief[4] = 0.0
     bench.update_belief(as_run, UP, 5.0)
-    assert bench.memory.belief[4].tolist() == [0.0, 0.0]
+    assert bench.memory.belief[4, :2].tolist() == [0.0, 0.0]
     assert bench.confidence(as_run) == 0.0
 
 
@@ -57,9 +57,9 @@ def test_a_belief_of_which_nothing_is_left_stays_so(as_run):
 def test_explicit_values_follow_the_action_values(as_run, a, both, listen, discard):  # (3.12)
     bench = Bench(room(), trust='explicit', trust_rate=0.1, updates_both=both)
     bench.memory.q[4] = [1.0, 3.0, 2.0, -1.0]
-    bench.memory.belief[4] = [1.0, 0.5]
+    bench.memory.belief[4, :2] = [1.0, 0.5]
     bench.update_belief(as_run, a, 7.0)
-    assert bench.memory.belief[4].tolist() == pytest.approx([listen, discard])
+    assert bench.memory.belief[4, :2].tolist() == pytest.approx([listen, discard])
 
 
 def test_in_a_dead_end_there_is_nothing_to_discard_for(as_run):

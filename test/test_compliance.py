@@ -55,7 +55,7 @@ def test_the_sigmoid_never_overflows(as_run, x):
 
 def test_confidences_are_those_of_every_state():
     bench = Bench(room(), trust='beta')
-    bench.memory.belief[DOWN] = [1.0, 3.0]
+    bench.memory.belief[DOWN, :2] = [1.0, 3.0]
     p = confidences(bench.method, bench.memory, [-1] * 9)
     assert p == [0.8, 0.8, 0.25] + [0.8] * 6
 

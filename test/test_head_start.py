@@ -22,7 +22,7 @@ def hear(as_run, bench, advice, s=4):
     """Heed the advice in a state."""
     memory = bench.memory
     as_run(heed)(s, advice, bench.numbers, memory.q, memory.visits, memory.belief,
-                 memory.arrivals, memory.schedule)
+                 memory.schedule)
 
 
 def test_advice_begins_above_the_other_actions_once(as_run):
@@ -88,9 +88,8 @@ def test_equally_good_actions_are_equally_likely(as_run, u, action):
 def update(as_run, bench, s, a, delta):
     """Change the belief by the first step out of a state, in which RIGHT was advised."""
     memory = bench.memory
-    memory.arrivals[s] = 2.0
     as_run(update_belief)(s, a, RIGHT, delta, bench.numbers, memory.q, memory.belief,
-                          memory.arrivals, memory.schedule)
+                          memory.schedule)
 
 
 def test_a_learned_prior_is_the_mean_of_the_states_left(as_run):
@@ -102,15 +101,15 @@ def test_a_learned_prior_is_the_mean_of_the_states_left(as_run):
     schedule = bench.memory.schedule
     assert schedule[[POOLED, POOLED_LISTEN, POOLED_DISCARD]].tolist() == [3.0, 16.0, 6.0]
     hear(as_run, bench, RIGHT)
-    assert bench.memory.belief[4].tolist() == pytest.approx([10 * 16 / 22, 10 * 6 / 22])
-    assert bench.memory.belief[3].tolist() == [8.0, 2.0]
+    assert bench.memory.belief[4, :2].tolist() == pytest.approx([10 * 16 / 22, 10 * 6 / 22])
+    assert bench.memory.belief[3, :2].tolist() == [8.0, 2.0]
 
 
 def test_a_state_that_was_left_keeps_its_own_belief(as_run):
     bench = Bench(room(), trust='beta', trust_rate=2.0, learns_prior=True)
     update(as_run, bench, 0, RIGHT, -10.0)
     hear(as_run, bench, RIGHT, s=0)
-    assert bench.memory.belief[0].tolist() == [4.0, 2.0]
+    assert bench.memory.belief[0, :2].tolist() == [4.0, 2.0]
 
 
 def test_a_learned_beginning_of_explicit_values(as_run):  # (3.13): the mean of both values

@@ -3,6 +3,8 @@
 
 import os
 import signal
+import subprocess
+import sys
 
 import pytest
 
@@ -19,3 +21,23 @@ def test_an_interrupt_sets_the_event_and_breaks_nothing(number):
         with pytest.raises(KeyboardInterrupt):
             check(stop)
     assert signal.getsignal(number) is before
+
+
+def test_signals_on_top_of_each_other_do_not_wait_for_themselves():
+    code = """
+import os, signal, threading
+from comply_ros.session.interrupts import interrupts
+def storm():
+    for _ in range(3000):
+        os.kill(os.getpid(), signal.SIGINT)
+        os.kill(os.getpid(), signal.SIGTERM)
+with interrupts() as stop:
+    thread = threading.Thread(target=storm)
+    thread.start()
+    while thread.is_alive():
+        pass
+    print(stop.is_set())
+"""
+    done = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, timeout=60,
+                          check=True)
+    assert done.stdout == 'True\n'

@@ -14,7 +14,7 @@ def test_a_fresh_memory_knows_which_actions_there_are():
     memory = Bench(corridor(), initial_value=3.0, trust='beta').memory
     inf = float('inf')
     assert memory.q.tolist() == [[-inf, 3, -inf, -inf], [3, 3, -inf, -inf], [3, -inf, -inf, -inf]]
-    assert memory.belief.tolist() == [[8.0, 2.0]] * 3
+    assert memory.belief.tolist() == [[8.0, 2.0, 0.0]] * 3
     assert memory.schedule.tolist() == [0.9, 1.0, 1.0, 0.0, -np.inf, 1.0, 1.0, 1.0, 8.0, 2.0]
 
 

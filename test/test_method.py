@@ -38,6 +38,11 @@ def test_a_value_out_of_range_is_refused(name, value, message):
     assert str(error.value) == message
 
 
+def test_outcomes_are_counted_by_whole_visits():
+    with pytest.raises(MethodError, match='visit_growth must be 1.0 where outcomes are replayed'):
+        Method(replays=True, visit_growth=0.5)
+
+
 def test_ranges_that_depend_on_the_kind_of_trust():
     with pytest.raises(MethodError, match=r'trust_rate must lie in \[0, 1\] where trust is expl'):
         Method(trust='explicit', trust_rate=2.0)

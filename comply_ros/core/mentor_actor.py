@@ -40,7 +40,7 @@ class MentorActor:
         self._forget_the_turn()
 
     def _forget_the_turn(self):
-        self._asked, self._answer, self._acted = None, (), (0, -1)
+        self._asked, self._answer, self._acted = None, (), None
 
     def hear_world(self, said):
         """
@@ -78,7 +78,8 @@ class MentorActor:
     def hear_state(self, said):
         """Return the `Recommendation` for a state; none where the episode is over."""
         if self.policy is None or said.run != self._run or self._must_see_first(said):
-            self._held = said
+            if not self._held or said.run != self._held.run or turn(said) > turn(self._held):
+                self._held = said
             return ()
         if self._held and self._held.run != self._run:  # the world here goes on without it
             held, self._held = self._held, None
@@ -99,17 +100,19 @@ class MentorActor:
 
     def hear_action(self, said):
         """Remember what the learner did; return what is to be said about a state that waited."""
-        if self._advising is None or said.run != self._run or turn(said) <= self._acted:
+        asked = self._asked
+        if asked is None or said.run != self._run or turn(said) != turn(asked) \
+                or turn(said) == self._acted:
             return ()
         self._acted = turn(said)
-        if self._asked and turn(said) == turn(self._asked) and said.action in range(4):
-            self._advising.watch(self._asked.state, said.action)
+        if said.action in range(4):
+            self._advising.watch(asked.state, said.action)
         return self.hear_held()
 
     def _must_see_first(self, said):
-        """Tell whether the learner's last action matters for this state, and is not known yet."""
-        before = said.episode, said.step - 1
-        return self.watches and said.step > 0 and before > self._acted
+        """Tell whether what the learner did in the last state matters, and is not known yet."""
+        return (self.watches and self._asked is not None and turn(said) > turn(self._asked)
+                and self._acted != turn(self._asked))
 
     def advice(self, state):
         """

@@ -114,6 +114,9 @@ class Method:
     def __post_init__(self):
         for row in fields(self):
             _check(row, getattr(self, row.name))
+        if self.replays and self.visit_growth != 1.0:
+            raise MethodError('visit_growth must be 1.0 where outcomes are replayed, '
+                              f'got {self.visit_growth}')
         if self.trust == 'explicit' and self.trust_rate > 1:
             raise MethodError('trust_rate must lie in [0, 1] where trust is explicit, '
                               f'got {self.trust_rate}')

@@ -47,8 +47,8 @@ PUBLISHED = {
         initial_value=2.0, learning_rate=0.5, learning_rate_exponent=0.51, temperature=5.0,
         temperature_factor=0.97, trace_decay=0.8, iterations=200),
     'watkins': _published(
-        off_policy=True, initial_value=2.0, learning_rate=0.4, learning_rate_exponent=0.505,
-        visit_growth=1 / 15, temperature=2.0, temperature_factor=0.95, trace_decay=0.6,
+        off_policy=True, initial_value=2.0, learning_rate=0.8, learning_rate_exponent=0.505,
+        visit_growth=1 / 15, temperature=2.0, temperature_factor=0.95, trace_decay=0.8,
         iterations=150),
     'constant': _published(
         trust='scheduled', learning_rate_exponent=0.51, temperature=0.5, temperature_factor=0.98),

@@ -51,8 +51,8 @@ class Student:
         draws: uniforms, to listen and to act.
         """
         if self._learns():
-            q, visits, belief, arrivals, schedule, *_ = self._views
-            heed(s, advice, self._numbers, q, visits, belief, arrivals, schedule)
+            q, visits, belief, _, schedule, *_ = self._views
+            heed(s, advice, self._numbers, q, visits, belief, schedule)
         return choose(s, advice, step, *draws, self._numbers, *self._views)
 
     def weigh(self, advice, p):

@@ -132,7 +132,7 @@ def play(learns, step_limit, intended, starts, successor, reward, slips, termina
         if not done:
             said2 = advise(s2, policy, worth, told, left, did)
             if learns:
-                heed(s2, said2, method, q, visits, belief, arrivals, schedule)
+                heed(s2, said2, method, q, visits, belief, schedule)
             a2, p = choose(s2, said2, step + 1, decisions[met, 0], decisions[met, 1], method,
                            q, visits, belief, arrivals, schedule, traces, trail, outcomes)
             if not over:  # the last choice of a truncated episode is never seen

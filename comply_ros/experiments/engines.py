@@ -45,7 +45,7 @@ class Engine(NamedTuple):
 
 
 def measure(run, stop=None):
-    """Learn a run and return its `MEASURES` as a table; None if the `Event` stop was set."""
+    """Learn a run and return its `MEASURES` as a table; None if the `Stop` stop was set."""
     learned = learn(run, stop)
     if learned is None:
         return None
@@ -66,7 +66,7 @@ def outcomes(engine, runs, stop):
 
     Raises
     ------
-    KeyboardInterrupt: if the `Event` stop is set.
+    KeyboardInterrupt: if the `Stop` stop is set.
     EngineError: if the cluster went away, or cannot do a run.
 
     """

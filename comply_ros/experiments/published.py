@@ -39,6 +39,7 @@ _SLOW_TRUST = {'trust_rate': 0.02, 'temperature': 1.0, 'temperature_factor': 0.9
                'belief_listen': 1.5, 'listen_temperature': 0.25, 'excludes_refused': False}
 NEAR = {
     'sarsa': {'visit_growth': 0.075},
+    'watkins': {'learning_rate': 0.4, 'trace_decay': 0.6},
     'beta_implicit': {**_PRIOR, 'sign_only': False, 'visit_growth': 0.1, 'temperature': 2.0,
                       'initial_value': -1.0},
     'explicit': {**_SLOW_TRUST, 'visit_growth': 1.0},

@@ -126,7 +126,7 @@ def advice_of(run):
 
 def learn(run, stop=None, watches_values=False):
     """
-    Return the `Learned` of a run; None if the `Event` stop was set on the way.
+    Return the `Learned` of a run; None if the `Stop` stop was set on the way.
 
     watches_values: whether to note how much the action values change in each iteration.
     """

@@ -86,7 +86,7 @@ def train_one(options, world, advice, seed, tell, stop):
     """
     Return the outcome of one seed; tell is called with every `Iteration`.
 
-    What the first seed of the session learned is written to `learning.npz`. An `Event` that is
+    What the first seed of the session learned is written to `learning.npz`. An `Stop` that is
     set stops it after the iteration, without an outcome.
     """
     mentor = Advising(world, advice, options.budget, options.advising)

@@ -5,17 +5,36 @@ from contextlib import contextmanager
 import ctypes
 import os
 import signal
-from threading import Event
+
+
+class Stop:
+    """
+    Whether somebody wants to stop.
+
+    A `threading.Event` takes a lock to be set: a second signal on top of the first would wait for
+    itself forever.
+    """
+
+    def __init__(self):
+        self._wanted = False
+
+    def set(self):
+        """Stop as soon as possible."""
+        self._wanted = True
+
+    def is_set(self):
+        """Tell whether to stop."""
+        return self._wanted
 
 
 @contextmanager
 def interrupts():
     """
-    Give an `Event` that Ctrl-C and SIGTERM set while the block runs.
+    Give a `Stop` that Ctrl-C and SIGTERM set while the block runs.
 
     A KeyboardInterrupt can come up inside a callback that swallows it; this cannot.
     """
-    stop = Event()
+    stop = Stop()
     before = {number: signal.signal(number, lambda *_: stop.set())
               for number in (signal.SIGINT, signal.SIGTERM)}
     try:
@@ -31,7 +50,7 @@ def check(stop):
 
     Raises
     ------
-    KeyboardInterrupt: if the event is set.
+    KeyboardInterrupt: if it is set.
 
     """
     if stop.is_set():
