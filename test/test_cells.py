@@ -62,6 +62,25 @@ def test_a_spoiled_file_is_computed_again(folder):
     assert not Cells(folder, 2).has(RUN)
 
 
+def test_bytes_that_were_changed_are_noticed(folder):
+    path, = folder.glob('*.npz')
+    content = bytearray(path.read_bytes())
+    content[200:900] = bytes(255 - byte for byte in content[200:900])
+    path.write_bytes(content)
+    assert not Cells(folder, 2).has(RUN)
+
+
+def test_a_map_counts_by_what_it_holds(folder, tmp_path):
+    text = 'extends: bar_grid\nstep_limit: {}\n'
+    (tmp_path / 'mine.yaml').write_text(text.format(50))
+    run = RUN._replace(map=str(tmp_path / 'mine.yaml'))
+    Cells(folder, 1).save(run, [runs.learn(run)])
+    assert Cells(folder, 1).has(run)
+    (tmp_path / 'mine.yaml').write_text(text.format(60))
+    runs._yardstick.cache_clear()
+    assert not Cells(folder, 1).has(run)
+
+
 def test_a_cell_that_was_not_watched_lacks_its_changes(folder):
     assert not Cells(folder, 2).has(RUN, watched=True)
     Cells(folder, 1).save(RUN, [runs.learn(RUN, watches_values=True)])

@@ -30,7 +30,7 @@ def test_every_figure_can_be_computed_and_drawn(profile):
         assert figure.kind in DRAWINGS or figure.kind == 'table'
         for run in figure.all_runs():
             runs.check_run(run)
-            assert run.profile == profile
+            assert run.profile == profile or figure.name == 'text'
 
 
 def test_a_method_has_one_colour_everywhere_and_lines_of_a_figure_differ():

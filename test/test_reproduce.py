@@ -38,7 +38,7 @@ def test_figures_numbers_and_a_page_are_written(whole):
     numbers = json.loads((whole / 'results.json').read_text())
     assert set(numbers['figures']) == set(FIGURES)
     (name, cell), = numbers['cells'].items()
-    assert name.startswith('free_grid, sarsa, temperature=2.0')
+    assert name.startswith('free_grid, published, sarsa, temperature=2.0')
     assert (cell['seeds'], len(cell['mean'])) == (2, 599)
     assert cell['regret']['low'] <= cell['regret']['mean'] <= cell['regret']['high']
     page = (whole / 'results.md').read_text()
@@ -98,6 +98,12 @@ def test_an_interrupted_run_keeps_what_it_computed_and_goes_on(tmp_path):
     assert 1 <= len(kept) < 5 and not list(tmp_path.glob('data/*.part'))
     assert made(tmp_path, '--figures', '2.8') == 0
     assert all(path.stat().st_mtime_ns == time for path, time in kept.items())
+
+
+def test_a_second_one_in_the_same_folder_stands_aside(tmp_path, capsys):
+    with reproduce.held(tmp_path):
+        assert made(tmp_path, '--figures', '2.1') == 2
+    assert 'must have one reproduce at work, and another one is' in capsys.readouterr().err
 
 
 def test_a_full_disk_is_one_sentence_and_keeps_what_was_computed(tmp_path, whole):

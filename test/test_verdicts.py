@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from comply_ros.experiments import verdicts
+from comply_ros.experiments.cells import CellData
 from comply_ros.experiments.figures import Mentors, report_figures
 from comply_ros.experiments.results_data import Results
 from comply_ros.experiments.verdicts import verdict
@@ -38,11 +39,13 @@ class Made(Results):
 
 FLAT = [5.0] * 100
 DIP = [5.0] * 20 + [-5.0] * 40 + [5.0] * 40
+RISE = [-20.0] * 20 + [0.0] * 20 + [-6.0] * 40 + [5.0] * 40
 
 
 def test_an_undershoot_is_how_far_the_curve_falls_below_its_beginning():
     assert Made(vanishing=DIP).undershoot(FIGURES['3.8'].all_runs()[0]) == 10.0
     assert Made(vanishing=FLAT).undershoot(FIGURES['3.8'].all_runs()[0]) == 0.0
+    assert Made(vanishing=RISE).undershoot(FIGURES['3.8'].all_runs()[0]) == 6.0
 
 
 @pytest.mark.parametrize('curve, agrees', [(DIP, True), (FLAT, False), ([-70.0] * 100, False)])
@@ -68,6 +71,36 @@ def test_a_constant_learner_stays_with_its_mentor(end, agrees):
     assert verdict(Made(constant=[end] * 50), FIGURES['3.6']).agrees == agrees
 
 
-def test_every_figure_of_the_report_has_a_verdict():
+def test_every_figure_of_the_report_with_a_result_has_a_verdict():
     for figure in FIGURES.values():
-        assert figure.name in verdicts._BY_NAME or figure.kind in verdicts._BY_KIND
+        judged = figure.name in verdicts._BY_NAME or figure.kind in verdicts._BY_KIND
+        assert judged != (figure.kind in ('map', 'densities')), figure.name
+
+
+class Trusting(Made):
+    """Results of a learner that trusts half of the states, those on the left."""
+
+    def cell(self, run):
+        """Return confidence 0 on the right, 1 on the left."""
+        x = np.arange(1681) % 41
+        return CellData(None, None, None, (x < 20) * 1.0, np.ones(1681, dtype=bool), None)
+
+    def wrong(self, run):
+        """Return that the mentor is wrong on one side."""
+        return (np.arange(1681) % 41 >= 20) == (self.curves['wrong'] == 'right')
+
+
+@pytest.mark.parametrize('side, agrees', [('right', True), ('left', False)])
+def test_wrong_recommendations_must_be_those_that_are_discarded(side, agrees):
+    assert verdict(Trusting(wrong=side), FIGURES['4.5']).agrees == agrees
+
+
+@pytest.mark.parametrize('worst, agrees', [((200.0, 220.0, 210.0), True),
+                                           ((200.0, 400.0, 210.0), False)])
+def test_times_must_grow_and_become_equal(worst, agrees):
+    class Times(Made):
+        def measured(self, run, name):
+            """Return 1, 20, 120 with the best mentors, and what is given with the worst."""
+            place = ('vanishing', 'beta_implicit', 'explicit').index(run.method)
+            return [worst[place] if run.mentor == 'snapshot:0.5' else (120.0, 1.0, 20.0)[place]]
+    assert verdict(Times(), FIGURES['4.15']).agrees == agrees

@@ -36,11 +36,11 @@ def reward_ratio(returns, convergence, optimal_return):
     Return collected until convergence over what the optimal policy collects in that time.
 
     Over all iterations where there is no convergence; None where it takes no time at all, or the
-    optimal policy collects nothing.
+    optimal policy collects nothing or less, where a share of it means nothing.
     """
     collected = returns[:convergence]
     optimal = optimal_return * len(collected)
-    return sum(collected) / optimal if optimal else None
+    return sum(collected) / optimal if optimal > 0 else None
 
 
 def regret(returns, optimal_return):

@@ -7,6 +7,7 @@ from comply_ros.core.grid import NO_ACTION
 
 TOLERANCE = 1e-10  # largest change of a value in the last sweep of value iteration
 MOST_SWEEPS = 100_000
+STOP_SHARE = 0.001  # of the first change: the delta of (2.23) in the report
 
 
 class PlanningError(ArithmeticError):

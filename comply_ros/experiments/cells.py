@@ -6,10 +6,12 @@ import os
 from pathlib import Path
 from typing import NamedTuple
 from zipfile import BadZipFile
+import zlib
 
 import numpy as np
 
 from comply_ros.core.compiled import fingerprint
+from comply_ros.experiments.runs import Growth, yardstick_of
 from comply_ros.session.mentors import read_spec
 
 
@@ -86,11 +88,29 @@ class Cells:
         _write_whole(path, cell._asdict())
         self._loaded[path] = cell
 
+    def has_growth(self, run):
+        """Tell whether the growth of a learner is there."""
+        return self._growth_path(run).exists()
+
+    def save_growth(self, run, growth):
+        """Write what `runs.growth` returns; raises OSError."""
+        _write_whole(self._growth_path(run), growth._asdict())
+
+    def load_growth(self, run):
+        """Return the `Growth` that was saved; raises OSError."""
+        with np.load(self._growth_path(run)) as file:
+            return Growth(**{name: file[name] for name in file})
+
+    def _growth_path(self, run):
+        path = self._path(run)
+        return path.with_name(f'growth-{path.name}')
+
     def _path(self, run):
-        spec = read_spec(run.mentor)  # a file counts by its text, not by its name
-        key = repr((run._replace(seed=0, mentor=''), spec, fingerprint()))
+        spec = read_spec(run.mentor)  # files count by what is in them, not by their names
+        grid = yardstick_of(run).world.grid.sha256
+        key = repr((run._replace(seed=0, mentor='', map=''), spec, grid, fingerprint()))
         name = hashlib.sha256(key.encode()).hexdigest()[:16]
-        return self.folder / f'{run.map}-{run.method}-{name}.npz'.replace('/', '_')
+        return self.folder / f'{Path(run.map).stem}-{run.method}-{name}.npz'
 
     def _read(self, run):
         path = self._path(run)
@@ -98,10 +118,10 @@ class Cells:
             try:
                 with np.load(path) as file:
                     self._loaded[path] = CellData(**{name: file[name] for name in file})
-            except (OSError, EOFError, ValueError, KeyError, TypeError, BadZipFile):  # or spoiled
+            except (OSError, EOFError, ValueError, KeyError, TypeError, BadZipFile, zlib.error):
                 return None
         cell = self._loaded[path]
-        if len(cell.returns) < self.seeds:
+        if len(cell.returns) < self.seeds or not np.isfinite(cell.returns).all():
             return None
         return cell._replace(returns=cell.returns[:self.seeds], changes=cell.changes[:self.seeds],
                              steps=cell.steps[:self.seeds])
@@ -109,7 +129,7 @@ class Cells:
 
 def _write_whole(path, arrays):
     """Write arrays to an .npz file, aside, then rename it: there is never half a file."""
-    aside = path.with_suffix('.part')
+    aside = path.with_suffix(f'.{os.getpid()}.part')
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with aside.open('wb') as file:

@@ -7,7 +7,7 @@ from matplotlib.ticker import StrMethodFormatter
 import numpy as np
 
 from comply_ros.core.grid import NO_ACTION
-from comply_ros.core.planning import optimal_policy, sweeps_until, value_iteration
+from comply_ros.core.planning import optimal_policy, STOP_SHARE, sweeps_until, value_iteration
 from comply_ros.experiments.statistics import band, interval, LEVEL_NAMES
 from comply_ros.experiments.style import look_of, new_figure
 from comply_ros.session.grid_pictures import (
@@ -22,7 +22,8 @@ from comply_ros.session.grid_pictures import (
 )
 from comply_ros.session.pictures import running_mean
 
-STOP = 0.001  # of the first change: the delta of (2.23)
+LABELS = {'time_to_convergence': 'time to convergence', 'reward_ratio': 'reward ratio',
+          'regrets': 'regret'}
 MOST_SWEEPS = 300
 
 
@@ -57,10 +58,10 @@ def draw_sweeps(figure, data):
     """Draw the largest change of a value in each sweep (2.14), and where (2.23) stops."""
     sweeps = value_iteration(data.world(figure.grid))
     changes = [change for _, (_, change) in zip(range(MOST_SWEEPS), sweeps)]
-    stop = sweeps_until(STOP, changes)
+    stop = sweeps_until(STOP_SHARE, changes)
     drawn, axes = new_figure(figure.title, 'sweep over all states', 'largest change of a value')
     axes.semilogy(range(1, stop + 11), changes[:stop + 10], color=BLUE, linewidth=2.2)
-    axes.axhline(STOP * changes[0], color=RED, linestyle='--', linewidth=1.5,
+    axes.axhline(STOP_SHARE * changes[0], color=RED, linestyle='--', linewidth=1.5,
                  label='0.1 % of the first change (2.23)')
     axes.axvline(stop, color=INK, linestyle=':', label=f'stops after {stop} sweeps')
     axes.legend(frameon=False)
@@ -174,7 +175,7 @@ def draw_trust_map(figure, data):
 def draw_metric(figure, data):
     """Draw a metric along an axis; learners without a place on it as horizontal lines."""
     name = 'regret' if figure.kind == 'regrets' else figure.kind
-    drawn, axes = new_figure(figure.title, figure.axis, name.replace('_', ' '),
+    drawn, axes = new_figure(figure.title, figure.axis, LABELS[figure.kind],
                              size=(7.6, 4.4))
     places = list(dict.fromkeys(place for _, place in figure.runs if place is not None))
     for line in dict.fromkeys(line for line, _ in figure.runs):
@@ -187,13 +188,14 @@ def draw_metric(figure, data):
         points = [(places.index(place), *interval(data.measured(run, name)))
                   for (other, place), run in figure.runs.items() if other == line]
         x, mean, low, high = np.array(points, dtype=float).T
-        axes.errorbar(x, mean, (mean - low, high - mean), label=line, marker='o', capsize=4,
-                      linewidth=2, **look)
+        axes.plot(x, mean, label=line, marker='o', linewidth=2, **look)
+        axes.errorbar(x, mean, (mean - low, high - mean), capsize=4, linestyle='none',
+                      color=look['color'])
     axes.set_xticks(range(len(places)), [LEVEL_NAMES.get(each, str(each)) for each in places])
     if figure.kind == 'regrets':
         _regret_axis(axes)
     many = len(axes.get_legend_handles_labels()[1]) > 6
-    axes.legend(frameon=False, fontsize=10, **(
+    axes.legend(frameon=False, fontsize=10, handlelength=3.2, **(
         {'loc': 'center left', 'bbox_to_anchor': (1.0, 0.5)} if many else {}))
     return drawn
 
@@ -204,6 +206,7 @@ def _regret_axis(axes):
         axes.set_yscale('symlog', linthresh=100)
         axes.set_yticks([0, 50, 100, 200, 500, 1000, 2000, 5000, 10000, 20000])
         axes.yaxis.set_major_formatter(StrMethodFormatter('{x:.0f}'))
+        axes.set_ylabel('regret (logarithmic above 100)', fontsize=11)
     axes.set_ylim(bottom=min(0, axes.dataLim.y0) - 5)
 
 

@@ -46,6 +46,10 @@ class Figure(NamedTuple):
     grid: str = 'maze'
     axis: str = 'optimality of the mentor'
 
+    def grown(self):
+        """Return the runs of which it needs the growth."""
+        return list(self.runs.values()) if self.kind == 'growth' else []
+
     def all_runs(self):
         """Return the runs that it needs: its own, and those that its verdict compares with."""
         own = [] if self.kind in ('advice', 'growth') else list(self.runs.values())

@@ -38,7 +38,7 @@ def maze_numbers(run):
 def name_of(run):
     """Name of a cell: what was run, without the seed."""
     settings = [f'{name}={value}' for name, value in run.settings]
-    parts = [run.map, run.method, *settings]
+    parts = [run.map, run.profile, run.method, *settings]
     if run.mentor != 'none':
         parts.append(f'mentor {run.mentor}')
     if run.mentor_seed:
@@ -52,9 +52,9 @@ def figure_numbers(results, figure):
     """Title, what the report's shows, the cells, and the verdict where there is one."""
     table = {'title': figure.title, 'showed': figure.showed,
              'cells': [name_of(run) for run in figure.all_runs()]}
-    if figure.name[0].isdigit():
-        agrees, evidence = verdict(results, figure)
-        table.update(agrees=bool(agrees), evidence=evidence)
+    judged = verdict(results, figure) if figure.name[0].isdigit() else None
+    if judged:
+        table.update(agrees=bool(judged.agrees), evidence=judged.evidence)
     return table
 
 

@@ -74,7 +74,7 @@ def command(numbers):
 
 def figure_lines(figure, told, folder):
     """Yield the lines of one figure: picture, what the report's shows, whether ours agrees."""
-    name = f'Figure {figure.name}' if 'agrees' in told else figure.title
+    name = f'Figure {figure.name}' if figure.name[0].isdigit() else figure.title
     yield f'\n### {name}\n\n![{figure.title}]({folder}/{figure.name}.png)\n'
     if 'agrees' not in told:
         yield f'{figure.showed[0].upper()}{figure.showed[1:]}.'

@@ -3,6 +3,8 @@
 
 import argparse
 from concurrent.futures import as_completed, ThreadPoolExecutor
+from contextlib import contextmanager
+import fcntl
 import json
 import os
 from pathlib import Path
@@ -22,6 +24,7 @@ from comply_ros.experiments.results_data import Results
 from comply_ros.experiments.style import save
 from comply_ros.session.interrupts import check, interrupts
 from comply_ros.session.maps import read_map
+from comply_ros.session.mentors import read_spec
 from comply_ros.session.options import guarded, MISTAKES
 from comply_ros.session.results import OutputError, prepare_folder
 from comply_ros.session.screen import console, progress_bar
@@ -56,26 +59,62 @@ def run(given):
     if given.profile not in METHODS:
         raise FigureError(f'profile must be one of {", ".join(METHODS)}, got {given.profile!r}')
     out = prepare_folder(given.out or Path('runs') / f'reproduce-{given.profile}')
-    mentors = mentors_of(given, out)
-    figures = chosen(given, mentors)
-    cells = Cells(out / 'data', given.seeds)
-    results = Results(cells, given.profile)
+    with held(out):
+        mentors = mentors_of(given, out)
+        figures = chosen(given, mentors)
+        results = Results(Cells(out / 'data', given.seeds), given.profile)
+        complete(figures, results.cells, given.redraw, out)
+        numbers = numbers_of(results, figures, mentors)
+        write_json(out / 'results.json', numbers)
+        pages = [out / 'results.md'] + ([Path(given.page)] if given.page else [])
+        with interrupts() as stop, progress_bar() as bar:
+            draw(figures, results, out, stop, bar)
+        for page in pages:
+            write_page(page, numbers, figures, out / 'figures')
+    tell(numbers, out, pages)
+    return 0
+
+
+@contextmanager
+def held(out):
+    """
+    Hold a folder for one `reproduce`.
+
+    Raises
+    ------
+    FigureError: if another one is at work in it.
+
+    """
+    with (out / '.lock').open('w') as lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise FigureError(f'{out} must have one reproduce at work, and another one is: wait '
+                              'for it, or give another --out') from None
+        yield
+
+
+def complete(figures, cells, redraw, out):
+    """
+    Compute the cells that are missing.
+
+    Raises
+    ------
+    FigureError: if some are, and nothing is to be computed.
+
+    """
     watched = {each for figure in figures if figure.kind == 'changes'
                for each in figure.all_runs()}
     missing = [each for each in runs_of(figures) if not cells.has(each, each in watched)]
-    if missing and given.redraw:
-        raise FigureError(f'{out} must have been computed to be drawn again with {given.seeds} '
-                          f'seeds, but lacks {len(missing)} of its cells')
+    grown = [each for figure in figures for each in figure.grown() if not cells.has_growth(each)]
+    if redraw and missing + grown:
+        raise FigureError(f'{out} must have been computed to be drawn again with {cells.seeds} '
+                          f'seeds, but lacks {len(missing + grown)} of its cells')
     with interrupts() as stop, progress_bar() as bar:
         compute(missing, watched, cells, stop, bar)
-        draw(figures, results, out, stop, bar)
-    numbers = numbers_of(results, figures, mentors)
-    write_json(out / 'results.json', numbers)
-    pages = [out / 'results.md'] + ([Path(given.page)] if given.page else [])
-    for page in pages:
-        write_page(page, numbers, figures, out / 'figures')
-    tell(numbers, out, pages)
-    return 0
+        for each in grown:
+            check(stop)
+            cells.save_growth(each, runs.growth(each))
 
 
 def mentors_of(given, out):
@@ -95,6 +134,8 @@ def mentors_of(given, out):
         folder = Path(given.mentors).expanduser()
         mentors = mentors._replace(good=f'file:{folder / "mentor_1.txt"}',
                                    bad=f'file:{folder / "mentor_3.txt"}')
+        for spec in (mentors.good, mentors.bad):
+            read_spec(spec)  # they must be there, whatever is drawn
     return mentors
 
 
@@ -177,6 +218,7 @@ def write_json(path, table):
 def tell(numbers, out, pages):
     """Print how many figures agree, and where everything is."""
     verdicts = [each['agrees'] for each in numbers['figures'].values() if 'agrees' in each]
-    console.print(f'\n{sum(verdicts)} of {len(verdicts)} figures agree with the report')
+    if verdicts:
+        console.print(f'\n{sum(verdicts)} of {len(verdicts)} figures agree with the report')
     for path in (out / 'figures', out / 'results.json', *pages):
         console.print(f'  {path}', soft_wrap=True)

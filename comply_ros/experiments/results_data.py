@@ -5,13 +5,11 @@ import numpy as np
 
 from comply_ros.core.grid import NO_ACTION
 from comply_ros.core.planning import action_values, greedy, optimal_values
-from comply_ros.core.training import Training
 from comply_ros.experiments import runs
 from comply_ros.experiments.runs import Run
 
 WRONG = 0.15  # a recommendation that costs more than this, one step and a half, is wrong
 LAST = 20  # iterations at an end of a curve that are averaged
-EVERY = 10  # iterations between two looks at a learner's greedy policy
 
 
 class Results:
@@ -73,10 +71,10 @@ class Results:
         return (self.end_of(run) - random) / (optimal - random)
 
     def undershoot(self, run):
-        """How far the mean curve falls below its own first iterations, before it ends."""
+        """How far the mean curve falls below what it had reached before; 0 if it only rises."""
         mean = self.counted(run).mean(axis=0)
         smooth = np.convolve(mean, np.ones(LAST) / LAST, 'valid')
-        return float(smooth[0] - smooth.min())
+        return float((np.maximum.accumulate(smooth) - smooth).max())
 
     def advice(self, run):
         """`advice[s]` of the run's mentor."""
@@ -105,19 +103,5 @@ class Results:
         return yardstick.return_of(greedy(self.cell(run).q, yardstick.world.free))
 
     def growth(self, run):
-        """
-        Return iterations, the learner's mean return in each, its greedy policy's exact return.
-
-        Every tenth iteration of the learner with seed 0.
-        """
-        yardstick, row = runs.yardstick_of(run), runs.row_of(run)
-        world = yardstick.world
-        training = Training(world, np.full(len(world.free), NO_ACTION), row, 0)
-        numbers, learner, mentors = [], [], []
-        for number in range(1, row.iterations + 1):
-            iteration = training.iterate()
-            if number % EVERY == 0:
-                numbers.append(number)
-                learner.append(iteration.mean_return)
-                mentors.append(yardstick.return_of(greedy(training.memory.q, world.free)))
-        return numbers, learner, mentors
+        """Return the `Growth` of a learner with seed 0."""
+        return self.cells.load_growth(run)

@@ -14,13 +14,15 @@ from comply_ros.core.compliance import confidences
 from comply_ros.core.grid import NO_ACTION
 from comply_ros.core.method import Method, MethodError, with_text
 from comply_ros.core.methods import find_method
-from comply_ros.core.planning import Yardstick
+from comply_ros.core.planning import greedy, Yardstick
+from comply_ros.core.policy import parse_policy, PolicyError
 from comply_ros.core.training import Training
 from comply_ros.core.world import World
 from comply_ros.session.maps import read_map
 from comply_ros.session.mentors import mentor_policy, read_spec
 
 PUBLISHED_MAZES = ('maze', 'maze_as_run')
+EVERY = 10  # iterations between two looks at a learner's greedy policy
 COUNTED = 399  # iterations over which regret is summed: as many as the published runs had
 
 _making = Lock()  # a world or a mentor is made once, not once a thread
@@ -96,8 +98,13 @@ def check_run(run):
 
     """
     row_of(run)
-    read_map(run.map, run.profile)
-    read_spec(run.mentor)
+    world = yardstick_of(run).world
+    spec = read_spec(run.mentor)
+    if spec.kind == 'file':
+        try:
+            parse_policy(spec.value, world)
+        except PolicyError as error:
+            raise PolicyError(f'{run.mentor.removeprefix("file:")}: {error}') from None
     check_advising(run.budget, run.advising)
 
 
@@ -146,6 +153,27 @@ def learn(run, stop=None, watches_values=False):
     memory = training.memory
     return Learned(returns, changes, confidences(row, memory, advice.tolist()),
                    memory.arrivals > 1.0, memory.q, steps, memory.digest())
+
+
+class Growth(NamedTuple):
+    """Iterations, the learner's mean return in each, its greedy policy's exact return."""
+
+    numbers: list
+    learner: list
+    greedy: list
+
+
+def growth(run):
+    """Return the `Growth` of a learner without a mentor, every tenth iteration."""
+    yardstick, row = yardstick_of(run), row_of(run)
+    world, looks = yardstick.world, []
+    training = Training(world, np.full(len(world.free), NO_ACTION), row, run.seed)
+    for number in range(1, row.iterations + 1):
+        iteration = training.iterate()
+        if number % EVERY == 0:
+            policy = greedy(training.memory.q, world.free)
+            looks.append((number, iteration.mean_return, yardstick.return_of(policy)))
+    return Growth(*map(list, zip(*looks)))
 
 
 def reference_return(run):

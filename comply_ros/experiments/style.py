@@ -2,7 +2,6 @@
 """One look for all figures: a method has the same colour everywhere, a variant its own dashes."""
 
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from comply_ros.session.grid_pictures import INK, write_picture
 
@@ -39,11 +38,6 @@ def new_figure(title, x, y, size=(6.6, 4.0)):
     axes.grid(color=LIGHT)
     axes.set_axisbelow(True)
     return figure, axes
-
-
-def whole_numbers(axis):
-    """Put the ticks of an axis on whole numbers."""
-    axis.set_major_locator(MaxNLocator(integer=True))
 
 
 def save(figure, path):

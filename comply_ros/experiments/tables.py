@@ -3,8 +3,15 @@
 
 from comply_ros.experiments.figures import alone, as_drawn, maze_of, Mentors, taught
 from comply_ros.experiments.numbers import name_of
-from comply_ros.experiments.own_figures import COMPARED, MAZE, OURS, teachers, TRIED
-from comply_ros.experiments.page_text import HEAD_START
+from comply_ros.experiments.own_figures import (
+    at_its_best,
+    COMPARED,
+    MAZE,
+    OURS,
+    teachers,
+    TRIED,
+)
+from comply_ros.experiments.page_text import HANDED_DOWN, HEAD_START, SLIPS, TEXT
 from comply_ros.experiments.published import (
     ALONE,
     BEST_REGRET,
@@ -12,6 +19,7 @@ from comply_ros.experiments.published import (
     MEASURED_RANDOM,
     NEAR,
 )
+from comply_ros.experiments.runs import Run
 from comply_ros.experiments.statistics import LEVEL_NAMES
 
 LENGTHS = {'sarsa': 600, 'q_learning': 600, 'sarsa_lambda': 400, 'watkins': 400}
@@ -20,13 +28,12 @@ BEST = {'100 %': 1.0, '99.9 %': 0.999, '~74 %': 0.74, '50 %': 0.5, 'random': 0.0
 
 
 def tables_of(numbers):
-    """Yield the lines of all tables; a cell that was not computed is a dash."""
+    """Yield the lines of the tables of which a cell was computed; one that was not is a dash."""
     mentors = Mentors(*numbers['mentor_specs'])
-    yield from _compliant(numbers, mentors)
-    yield from _alone(numbers)
-    yield from _slips(numbers)
-    yield from _better(numbers, mentors)
-    yield from _tried(numbers, mentors)
+    for table in (_compliant, _alone, _slips, _text, _better, _tried):
+        lines = list(table(numbers, mentors))
+        if any('±' in line for line in lines) or table is _slips:
+            yield from lines
 
 
 def _compliant(numbers, mentors):
@@ -50,15 +57,16 @@ def _compliant(numbers, mentors):
 
 def _handed_down(cells, mentors):
     """Yield what the rows themselves come to, whose settings are those that are handed down."""
-    yield ('\nThe settings that are handed down for some methods, which are their rows here, do '
-           'not lead to the published figures. Those above, and in the figures, differ from the '
-           'rows in:\n')
+    yield HANDED_DOWN
     for method, settings in NEAR.items():
         yield f'* `{method}`: ' + ', '.join(f'{name} {value}' for name, value in settings.items())
     yield '\nWith the rows as they are:\n'
     yield from _head('method', 'mentor', 'published', 'the row', 'off by (T, regret)')
-    cell = cells.get(name_of(taught('sarsa', 'published', 'none')))
-    yield _line('sarsa', '-', _three(ALONE['sarsa']), _measured(cell), _off(cell, ALONE['sarsa']))
+    for method in ('sarsa', 'watkins'):
+        run = Run('maze_as_run', 'published', method, (('iterations', LENGTHS[method]),))
+        cell = cells.get(name_of(run))
+        yield _line(method, '-', _three(ALONE[method]), _measured(cell),
+                    _off(cell, ALONE[method]))
     for method in ('beta_implicit', 'explicit'):
         for level, mentor in mentors.levels().items():
             cell = cells.get(name_of(taught(method, 'published', mentor)))
@@ -67,7 +75,7 @@ def _handed_down(cells, mentors):
                         _off(cell, published))
 
 
-def _alone(numbers):
+def _alone(numbers, mentors):
     profile, cells = numbers['profile'], numbers['cells']
     yield '\n## Learners without a mentor: T / ratio / regret over 399 iterations\n'
     yield from _head('method', 'iterations', 'published', 'ours', 'off by (T, regret)',
@@ -79,16 +87,21 @@ def _alone(numbers):
                     _off(ours, ALONE[method]), _measured(other))
 
 
-def _slips(numbers):
+def _slips(numbers, mentors):
     if numbers['profile'] != 'published' or 'mazes' not in numbers:
         return
     bumps, as_run = (numbers['mazes'][name]['random_return'] for name in ('maze', 'maze_as_run'))
-    yield (f'\nIn the published runs **a slip never ran into an obstacle**: the random policy, '
-           f'which they measured at {MEASURED_RANDOM}, has {as_run:.2f} with such slips '
-           f'(`maze_as_run`), and {bumps:.2f} where a slip takes any other action (`maze`, as the '
-           'text describes it). With that, vanishing compliance and SARSA(lambda) come out as '
-           'published, iteration by iteration; the figures of profile `published` are of '
-           '`maze_as_run`.')
+    yield SLIPS.format(measured=MEASURED_RANDOM, as_run=as_run, bumps=bumps)
+
+
+def _text(numbers, mentors):
+    """Yield what the text of the report leads to."""
+    yield TEXT
+    yield from _head('method', 'mentor', 'T / ratio / regret')
+    for method in COMPLIANT:
+        for level in (1.0, 0.999, 0.5):
+            run = Run(MAZE, 'report', method, (), mentors.levels()[level])
+            yield _line(method, LEVEL_NAMES[level], _measured(numbers['cells'].get(name_of(run))))
 
 
 def _better(numbers, mentors):
@@ -99,7 +112,7 @@ def _better(numbers, mentors):
     if profile == 'published':
         yield _line('best published', *(str(BEST_REGRET[BEST[name]]) for name in named))
     for method in COMPARED:
-        found = [cells.get(name_of(taught(method, profile, mentor, MAZE)))
+        found = [cells.get(name_of(at_its_best(method, profile, mentor)))
                  for mentor in named.values()]
         yield _line(f'**{method}**' if method == OURS else method, *map(_regret, found))
     last = [cells.get(name_of(taught(OURS, profile, mentor, MAZE))) for mentor in named.values()]

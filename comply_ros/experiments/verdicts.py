@@ -6,14 +6,16 @@ from typing import NamedTuple
 import numpy as np
 
 from comply_ros.core.grid import STEPS
-from comply_ros.core.planning import optimal_policy, sweeps_until, value_iteration
+from comply_ros.core.planning import optimal_policy, STOP_SHARE, sweeps_until, value_iteration
 from comply_ros.experiments.figures import COMPLIANT
 from comply_ros.experiments.results_data import LAST
 from comply_ros.experiments.runs import Run
 
+NEAR_OPTIMAL = 4.9  # the published runs' own mark for a learner that has arrived
+
 
 class Verdict(NamedTuple):
-    """Whether a figure agrees, and the numbers that say so."""
+    """Whether a figure agrees with the report's sentence, and the numbers that say so."""
 
     agrees: bool
     evidence: str
@@ -22,14 +24,6 @@ class Verdict(NamedTuple):
 def _only(figure):
     (run,) = figure.runs.values()
     return run
-
-
-def of_map(results, figure):
-    """Tell the size of the world."""
-    world = results.world(figure.grid)
-    return Verdict(bool(world.terminal.sum() == 1),
-                   f'{world.grid.width} x {world.grid.height} cells, {world.obstacle.sum()} '
-                   f'obstacles, {len(world.starts)} starts')
 
 
 def of_policy(results, figure):
@@ -47,7 +41,7 @@ def of_policy(results, figure):
 def of_sweeps(results, figure):
     """Tell after how many sweeps (2.23) stops."""
     sweeps = value_iteration(results.world(figure.grid))
-    stop = sweeps_until(0.001, [change for _, (_, change) in zip(range(1000), sweeps)])
+    stop = sweeps_until(STOP_SHARE, [change for _, (_, change) in zip(range(1000), sweeps)])
     return Verdict(bool(stop and stop < 100), f'(2.23) stops after {stop} sweeps')
 
 
@@ -60,13 +54,14 @@ def of_changes(results, figure):
 
 
 def of_convergence(results, figure):
-    """Tell how near to the optimal policy the learner's greedy policy is."""
+    """Tell how near to the optimal policy the learner ends, and its greedy policy."""
     run = _only(figure)
     random, optimal = (results.return_at(run, level) for level in (0, 1))
-    share = (results.greedy_return(run) - random) / (optimal - random)
-    return Verdict(share > 0.99, f'the learner ends at {results.end_of(run):.2f}, exploring; its '
-                   f'greedy policy has {results.greedy_return(run):.2f}, {share:.1%} of the way '
-                   'from the random to the optimal policy')
+    share = results.share_of_optimal(run)
+    greedy = (results.greedy_return(run) - random) / (optimal - random)
+    return Verdict(share > 0.97, f'the learner ends at {results.end_of(run):.2f}, {share:.1%} of '
+                   f'the way from the random to the optimal policy; its greedy policy is at '
+                   f'{greedy:.1%}')
 
 
 def of_classical(results, figure):
@@ -76,7 +71,7 @@ def of_classical(results, figure):
     ends = [results.share_of_optimal(run) for run in figure.runs.values()]
     slow, fast = min(times['sarsa'], times['q_learning']), max(times['sarsa_lambda'],
                                                                times['watkins'])
-    return Verdict(fast < slow / 2 and max(ends) < 1.0, 'times to convergence: ' + ', '.join(
+    return Verdict(fast < slow / 2 and min(ends) > 0.97, 'times to convergence: ' + ', '.join(
         f'{name} {time:.0f}' for name, time in times.items()))
 
 
@@ -107,26 +102,21 @@ def of_loops(results, figure):
 def of_vanishing(results, figure):
     """Tell how deep the undershoot is, and where the curves end."""
     drops = [results.undershoot(run) for run in figure.runs.values()]
-    shares = [results.share_of_optimal(run) for run in figure.runs.values()]
-    return Verdict(drops[0] > 0.5 and min(shares) > 0.97,
+    ends = [results.end_of(run) for run in figure.runs.values()]
+    return Verdict(min(drops) > 0.5 and min(ends) > NEAR_OPTIMAL,
                    'it falls by ' + ' and '.join(f'{drop:.1f}' for drop in drops)
-                   + ' below its beginning, and ends at '
-                   + ' and '.join(f'{results.end_of(run):.2f}' for run in figure.runs.values()))
-
-
-def of_densities(results, figure):
-    """Tell nothing but that it is a formula."""
-    return Verdict(True, 'drawn from the formula')
+                   + ' after its first rise, and ends at '
+                   + ' and '.join(f'{end:.2f}' for end in ends))
 
 
 def of_adaptive(results, figure):
     """Tell how deep the curve falls against the vanishing learner's, and where it ends."""
     run = _only(figure)
-    drop, share = results.undershoot(run), results.share_of_optimal(run)
+    drop, end = results.undershoot(run), results.end_of(run)
     other = results.undershoot(run._replace(method='vanishing', settings=()))
-    return Verdict(drop <= max(other / 2, 0.5) and share > 0.97,
-                   f'it falls by {drop:.1f} where vanishing falls by {other:.1f}, and ends at '
-                   f'{results.end_of(run):.2f}')
+    return Verdict(drop < other / 2 and end > NEAR_OPTIMAL,
+                   f'it falls by {drop:.1f} after its first rise where vanishing falls by '
+                   f'{other:.1f}, and ends at {end:.2f}')
 
 
 def of_histogram(results, figure):
@@ -138,20 +128,20 @@ def of_histogram(results, figure):
 
 
 def of_trust(results, figure):
-    """Tell the confidence in wrong and in other recommendations."""
+    """Tell how many recommendations are discarded, of the wrong ones and of the others."""
     run = _only(figure)
     cell, wrong = results.cell(run), results.wrong(run)
     there = cell.visited & results.world(figure.grid).free
-    bad, good = (cell.confidence[there & kind].mean() for kind in (wrong, ~wrong))
-    return Verdict(bool(bad < good), f'mean confidence {bad:.2f} in wrong recommendations, '
-                   f'{good:.2f} in the others')
+    bad, good = ((cell.confidence[there & kind] < 0.5).mean() for kind in (wrong, ~wrong))
+    return Verdict(bool(bad > 0.5), f'of the wrong recommendations in states visited {bad:.0%} '
+                   f'have a confidence below 0.5, of the others {good:.0%}')
 
 
 def of_three(results, figure):
     """Tell the times and regrets of the three compliant learners."""
     regrets = {name: results.mean_of(run, 'regret') for name, run in figure.runs.items()}
     times = [results.mean_of(run, 'time_to_convergence') for run in figure.runs.values()]
-    alike = max(times) < 2.5 * min(times)
+    alike = max(times) < 1.5 * min(times)
     best = max(regrets['beta_implicit'], regrets['explicit']) < regrets['vanishing']
     return Verdict(best if figure.name == '4.13' else alike, 'times '
                    + ', '.join(f'{time:.0f}' for time in times) + '; regrets '
@@ -159,11 +149,13 @@ def of_three(results, figure):
 
 
 def of_times(results, figure):
-    """Tell how the times change with the mentor."""
+    """Tell how the times change with the mentor, and how much they differ with the worst."""
     times = {key: results.mean_of(run, figure.kind) for key, run in figure.runs.items()}
     grow = all(times[method, 1.0] < times[method, 0.5] for method in COMPLIANT)
-    return Verdict(grow, 'from the optimal mentor to that of 50 %: ' + ', '.join(
-        f'{method} {times[method, 1.0]:.0f} to {times[method, 0.5]:.0f}' for method in COMPLIANT))
+    worst = [times[method, 0.5] for method in COMPLIANT]
+    return Verdict(grow and max(worst) < 1.5 * min(worst), 'from the optimal mentor to that of '
+                   '50 %: ' + ', '.join(f'{method} {times[method, 1.0]:.0f} to {end:.0f}'
+                                        for method, end in zip(COMPLIANT, worst)))
 
 
 def of_ratios(results, figure):
@@ -175,13 +167,14 @@ def of_ratios(results, figure):
 
 
 def of_alone(results, figure):
-    """Tell the regrets with a mentor and without."""
-    regrets = {name: results.mean_of(run, 'regret') / results.counted(run).shape[1]
-               for name, run in figure.runs.items()}
-    compliant = max(regrets[name] for name in ('beta_implicit', 'explicit'))
-    others = min(value for name, value in regrets.items() if name not in COMPLIANT)
-    return Verdict(compliant < others, 'regret an iteration: ' + ', '.join(
-        f'{name} {value:.1f}' for name, value in regrets.items()))
+    """Tell the times with a mentor and without."""
+    times = {name: results.mean_of(run, 'time_to_convergence')
+             for name, run in figure.runs.items()}
+    ours = [times[name] for name in COMPLIANT]
+    others = [value for name, value in times.items() if name not in COMPLIANT]
+    agrees = max(ours) < min(others) if 'sarsa' in times else max(ours) < 2 * max(others)
+    return Verdict(agrees, 'times: ' + ', '.join(
+        f'{name} {value:.0f}' for name, value in times.items()))
 
 
 def of_traces(results, figure):
@@ -189,10 +182,8 @@ def of_traces(results, figure):
     values = {key: results.mean_of(run, figure.kind) for key, run in figure.runs.items()}
     traces = [values[method, None] for method in ('sarsa_lambda', 'watkins')]
     ours = [values[method, 0.74] for method in COMPLIANT]
-    if figure.kind == 'reward_ratio':
-        agrees = min(ours) > max(traces)
-    else:
-        agrees = min(ours) < 1.5 * max(traces)
+    agrees = (min(ours) > max(traces) if figure.kind == 'reward_ratio'
+              else max(ours) < 2 * max(traces))
     return Verdict(agrees, 'with the mentor of 74 %: ' + ', '.join(
         f'{method} {values[method, 0.74]:.2f}' for method in COMPLIANT)
         + '; alone: ' + ', '.join(f'{method} {values[method, None]:.2f}'
@@ -206,9 +197,8 @@ def of_off_policy(results, figure):
 
 
 _BY_KIND = {
-    'map': of_map, 'policy': of_policy, 'advice': of_loops, 'sweeps': of_sweeps,
-    'changes': of_changes, 'growth': of_growth, 'densities': of_densities,
-    'histogram': of_histogram, 'trust': of_trust}
+    'policy': of_policy, 'advice': of_loops, 'sweeps': of_sweeps, 'changes': of_changes,
+    'growth': of_growth, 'histogram': of_histogram, 'trust': of_trust}
 _BY_NAME = {
     '2.8': of_convergence, '2.10': of_convergence, '3.3': of_classical, '3.5': of_constant,
     '3.6': of_constant, '3.8': of_vanishing, '3.9': of_vanishing, '4.1': of_adaptive,
@@ -218,5 +208,6 @@ _BY_NAME = {
 
 
 def verdict(results, figure):
-    """`Verdict` on a figure of the report."""
-    return (_BY_NAME.get(figure.name) or _BY_KIND[figure.kind])(results, figure)
+    """`Verdict` on a figure of the report; None for one that is a definition, not a result."""
+    judge = _BY_NAME.get(figure.name) or _BY_KIND.get(figure.kind)
+    return judge and judge(results, figure)
