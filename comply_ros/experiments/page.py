@@ -76,8 +76,11 @@ def figure_lines(figure, told, folder):
     """Yield the lines of one figure: picture, what the report's shows, whether ours agrees."""
     name = f'Figure {figure.name}' if figure.name[0].isdigit() else figure.title
     yield f'\n### {name}\n\n![{figure.title}]({folder}/{figure.name}.png)\n'
-    if 'agrees' not in told:
+    if not figure.name[0].isdigit():
         yield f'{figure.showed[0].upper()}{figure.showed[1:]}.'
+        return
+    if 'agrees' not in told:
+        yield f'The report: {figure.showed}. Ours is drawn from the same definition.'
         return
     yield (f'The report: {figure.showed}. '
            f'{"Ours agrees" if told["agrees"] else "**Ours does not**"}: {told["evidence"]}.')

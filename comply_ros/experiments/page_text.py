@@ -43,20 +43,19 @@ In both, constant and vanishing compliance may choose the refused action themsel
 3.4.1), the others may not (3.7).
 """
 
-HEAD_START = """It is one row with one setting for all mentors, that works in the nodes like any other. Advice
-is a head start: the recommended action begins a little above the others, and is followed until
-experience puts it below one. Where it ends up is learned from remembered outcomes: where each
+HEAD_START = """It is one row with one setting for all mentors, that works in the nodes like any
+other. Advice is a head start: the recommended action begins a little above the others, and is
+followed until experience puts it below one. Values come from remembered outcomes: where each
 action usually led and what it earned, replayed backwards when an episode ends. How often it
 tries what it never tried depends on how often the advice of this mentor, in all states so far,
 is the best action known: a prior that is learned.
 
 It is no fair match for the others in one respect: it learns a model, in which each action has
 one usual outcome, and ignores where slips lead. Where slips are frequent or costly its policy
-can be far
-from optimal, and that of the other rows is not. Most of its lead comes from those outcomes: alone it
-is already better than the others with the mentor of 50 %. What advice adds is large with good
-mentors and small with bad ones, see below. Its settings were found on this maze, with other
-seeds.
+can be far from optimal where that of the other rows is not. Most of its lead comes from those
+outcomes: alone it is already better than the others with the mentor of 50 %. What advice adds
+is large with good mentors and small with bad ones, see below. Its settings were found on this
+maze, with other seeds.
 
 "Best published" of ~74 % was kept back from the published tables; with a random and an
 adversarial mentor it is the best learner without one (watkins), none was run with such
