@@ -75,6 +75,16 @@ def draw_trust(figure, axes, world, policy, confidence, visited):
 
 
 def write_picture(figure, path, dpi=150, effort=1):
-    """Write a figure to a PNG file; effort: to make it small, from 1 (fast) to 9."""
+    """
+    Write a figure to a PNG file; effort: to make it small, from 1 (fast) to 9.
+
+    Raises
+    ------
+    OSError: naming the file, if it cannot be written.
+
+    """
     FigureCanvasAgg(figure)
-    figure.savefig(path, dpi=dpi, facecolor='white', pil_kwargs={'compress_level': effort})
+    try:
+        figure.savefig(path, dpi=dpi, facecolor='white', pil_kwargs={'compress_level': effort})
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(path)) from None
