@@ -7,8 +7,10 @@ from comply_ros.experiments.runs import Run
 
 MAZE = 'maze'  # with slips that can bump, as the report describes it: the harder one
 OURS = 'head_start'
+THREE = ('vanishing', 'beta_implicit', 'explicit')  # of the report
+LENGTHS = {'sarsa': 600, 'q_learning': 600, 'sarsa_lambda': 400, 'watkins': 400}
 BASELINES = ('pi_reuse', 'policy_shaping', 'jump_start')
-COMPARED = ('vanishing', 'beta_implicit', 'explicit', 'explicit_lambda', *BASELINES, OURS)
+COMPARED = (*THREE, 'explicit_lambda', *BASELINES, OURS)
 COVERAGES = (1.0, 0.5, 0.2, 0.1, 0.0)
 BUDGETS = (10, 30, 100, 300, 1000)
 TEACHERS = {'100 %': 'optimal', '99.9 %': None, '~74 %': None, '50 %': None, 'random': 'random',
@@ -50,57 +52,60 @@ def at_its_best(method, profile, mentor):
 
 def own_figures(profile, mentors):
     """List of the `Figure` of what goes beyond the report."""
-    named = teachers(mentors)
-    return [
-        Figure('regret', 'Regret with every mentor', 'The regret of every way of complying, with '
-               'mentors from optimal to adversarial; "alone" is our learner without a mentor',
-               'regrets', {**{(method, name): at_its_best(method, profile, mentor)
-                              for method in COMPARED for name, mentor in named.items()},
-                           (f'{OURS}, alone', None): taught(OURS, profile, 'none', MAZE)},
-               axis='mentor'),
-        Figure('curves', 'Learning with the mentor of 50 %', 'How fast each learns with a mentor '
-               'that loops', 'curves', {method: at_its_best(method, profile, mentors.bad)
-                                        for method in ('explicit', 'policy_shaping', OURS)}),
-        Figure('coverage', 'Sparse demonstrations', 'A mentor of 75 % that has advice in a share '
-               'of the states only', 'regrets',
-               {(method, f'{coverage:.0%}'): taught(
-                   method, profile, f'snapshot:0.75@{coverage}', MAZE)
-                for method in ('vanishing', 'beta_implicit', 'explicit', OURS)
-                for coverage in COVERAGES}, axis='share of the states with advice'),
-        Figure('budget', f'An advice budget ({OURS}, optimal mentor)', 'An optimal mentor with N '
-               'recommendations to give: in the first states, where much depends on it, or where '
-               'the learner did something else the last time', 'regrets',
-               {(when, budget): Run(MAZE, profile, OURS, (), 'optimal', 0, budget, when)
-                for when in WHENS for budget in BUDGETS},
-               axis='recommendations'),
-        Figure('prior', 'Learned priors', 'The belief in a state that was never left begins as it '
-               'is set, or is learned from all other states', 'regrets',
-               {**{(method, name): taught(method, profile, mentor, MAZE)
-                   for method in ('beta_implicit', 'explicit') for name, mentor in named.items()},
-                **{(f'{method}, learned prior', name): taught(
-                    method, profile, mentor, MAZE, learns_prior=True)
-                   for method in ('beta_implicit', 'explicit')
-                   for name, mentor in named.items()}}, axis='mentor'),
-        Figure('tried', 'Variants', 'What each part is worth, and what was tried besides',
-               'table', {(name, column): taught(method, profile, named[column], MAZE, **settings)
-                         for name, (method, settings) in TRIED.items()
-                         for column in ('100 %', '99.9 %', '~74 %', '50 %', 'adversarial')}),
-        Figure('rows', 'The settings as they are handed down', '', 'table',
-               {**{(method, level): taught(method, profile, mentor)
-                   for method in ('beta_implicit', 'explicit')
-                   for level, mentor in mentors.levels().items()},
-                **{(method, None): Run(maze_of(profile), profile, method,
-                                       (('iterations', iterations),))
-                   for method, iterations in (('sarsa', 600), ('watkins', 400))}}),
-        Figure('text', 'What the text of the report leads to', '', 'table',
-               {(method, level): Run(MAZE, 'report', method, (), mentors.levels()[level])
-                for method in ('vanishing', 'beta_implicit', 'explicit')
-                for level in (1.0, 0.999, 0.5)}),
-        Figure('both_mazes', 'The published tables with slips that can bump', '', 'table',
-               {**{(method, level): as_drawn(method, profile, mentor)._replace(map=MAZE)
-                   for method in ('vanishing', 'beta_implicit', 'explicit')
-                   for level, mentor in mentors.levels().items()},
-                **{(method, None): alone(method, profile, iterations, MAZE)
-                   for method, iterations in (('sarsa', 600), ('q_learning', 600),
-                                              ('sarsa_lambda', 400), ('watkins', 400))}}),
-    ]
+    return [*_better(profile, mentors), *_open_questions(profile, mentors),
+            *_tables(profile, mentors)]
+
+
+def _better(profile, mentors):
+    alone_too = {(f'{OURS}, alone', None): taught(OURS, profile, 'none', MAZE)}
+    yield Figure('regret', 'Regret with every mentor', 'The regret of every way of complying, '
+                 'with mentors from optimal to adversarial; "alone" is our learner without a mentor',
+                 'regrets', {**{(method, name): at_its_best(method, profile, mentor)
+                                for method in COMPARED
+                                for name, mentor in teachers(mentors).items()}, **alone_too},
+                 axis='mentor')
+    yield Figure('curves', 'Learning with the mentor of 50 %', 'How fast each learns with a '
+                 'mentor that loops', 'curves', {method: at_its_best(method, profile, mentors.bad)
+                                          for method in ('explicit', 'policy_shaping', OURS)})
+
+
+def _open_questions(profile, mentors):
+    yield Figure('coverage', 'Sparse demonstrations', 'A mentor of 75 % that has advice in a '
+                 'share of the states only', 'regrets',
+                 {(method, f'{coverage:.0%}'): taught(
+                     method, profile, f'snapshot:0.75@{coverage}', MAZE)
+                  for method in (*THREE, OURS) for coverage in COVERAGES},
+                 axis='share of the states with advice')
+    yield Figure('budget', f'An advice budget ({OURS}, optimal mentor)', 'An optimal mentor with '
+                 'N recommendations to give: in the first states, where much depends on it, or '
+                 'where the learner did something else the last time', 'regrets',
+                 {(when, budget): Run(MAZE, profile, OURS, (), 'optimal', 0, budget, when)
+                  for when in WHENS for budget in BUDGETS}, axis='recommendations')
+    priors = {'': {}, ', learned prior': {'learns_prior': True}}
+    yield Figure('prior', 'Learned priors', 'The belief in a state that was never left begins as '
+                 'it is set, or is learned from all other states', 'regrets',
+                 {(f'{method}{name}', column): taught(method, profile, mentor, MAZE, **settings)
+                  for name, settings in priors.items() for method in THREE[1:]
+                  for column, mentor in teachers(mentors).items()}, axis='mentor')
+
+
+def _tables(profile, mentors):
+    named, levels = teachers(mentors), mentors.levels()
+    yield Figure('tried', 'Variants', '', 'table',
+                 {(name, column): taught(method, profile, named[column], MAZE, **settings)
+                  for name, (method, settings) in TRIED.items()
+                  for column in ('100 %', '99.9 %', '~74 %', '50 %', 'adversarial')})
+    yield Figure('rows', 'The settings as they are handed down', '', 'table',
+                 {**{(method, level): taught(method, profile, mentor)
+                     for method in THREE[1:] for level, mentor in levels.items()},
+                  **{(method, None): Run(maze_of(profile), profile, method,
+                                         (('iterations', LENGTHS[method]),))
+                     for method in ('sarsa', 'watkins')}})
+    yield Figure('text', 'What the text of the report leads to', '', 'table',
+                 {(method, level): Run(MAZE, 'report', method, (), levels[level])
+                  for method in THREE for level in (1.0, 0.999, 0.5)})
+    yield Figure('both_mazes', 'The published tables with slips that can bump', '', 'table',
+                 {**{(method, level): at_its_best(method, profile, mentor)
+                     for method in THREE for level, mentor in levels.items()},
+                  **{(method, None): alone(method, profile, length, MAZE)
+                     for method, length in LENGTHS.items()}})

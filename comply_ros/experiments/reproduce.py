@@ -2,7 +2,6 @@
 """`reproduce`: every figure of the report, computed in parallel, resumed, drawn, compared."""
 
 import argparse
-from concurrent.futures import as_completed, ThreadPoolExecutor
 from contextlib import contextmanager
 import fcntl
 import json
@@ -13,8 +12,8 @@ from comply_ros.core.methods import METHODS
 from comply_ros.core.planning import optimal_policy
 from comply_ros.core.policy import format_policy
 from comply_ros.core.world import World
-from comply_ros.experiments import runs
 from comply_ros.experiments.cells import Cells
+from comply_ros.experiments.computing import complete, FigureError
 from comply_ros.experiments.drawings import DRAWINGS
 from comply_ros.experiments.figures import Mentors, report_figures
 from comply_ros.experiments.numbers import numbers_of
@@ -28,10 +27,6 @@ from comply_ros.session.mentors import read_spec
 from comply_ros.session.options import guarded, MISTAKES
 from comply_ros.session.results import OutputError, prepare_folder
 from comply_ros.session.screen import console, progress_bar
-
-
-class FigureError(ValueError):
-    """A figure that there is not, or that cannot be drawn; the message names it."""
 
 
 def main(argv):
@@ -94,29 +89,6 @@ def held(out):
         yield
 
 
-def complete(figures, cells, redraw, out):
-    """
-    Compute the cells that are missing.
-
-    Raises
-    ------
-    FigureError: if some are, and nothing is to be computed.
-
-    """
-    watched = {each for figure in figures if figure.kind == 'changes'
-               for each in figure.all_runs()}
-    missing = [each for each in runs_of(figures) if not cells.has(each, each in watched)]
-    grown = [each for figure in figures for each in figure.grown() if not cells.has_growth(each)]
-    if redraw and missing + grown:
-        raise FigureError(f'{out} must have been computed to be drawn again with {cells.seeds} '
-                          f'seeds, but lacks {len(missing + grown)} of its cells')
-    with interrupts() as stop, progress_bar() as bar:
-        compute(missing, watched, cells, stop, bar)
-        for each in grown:
-            check(stop)
-            cells.save_growth(each, runs.growth(each))
-
-
 def mentors_of(given, out):
     """
     Return the `Mentors`: generated ones, or those of the folder that was given.
@@ -154,41 +126,6 @@ def chosen(given, mentors):
         if name not in names:
             raise FigureError(f'a figure must be one of {", ".join(names)}, got {name!r}')
     return [each for each in figures if not given.figures or each.name in given.figures]
-
-
-def runs_of(figures):
-    """List of all different runs of the figures, in their order; each is checked."""
-    every = dict.fromkeys(each for figure in figures for each in figure.all_runs())
-    for each in every:
-        runs.check_run(each)
-    return list(every)
-
-
-def compute(missing, watched, cells, stop, bar):
-    """Fill the missing cells, on all cores; a cell is kept as soon as its seeds are done."""
-    if not missing:
-        return
-    task = bar.add_task('learning', total=len(missing) * cells.seeds, now='')
-    learned = {each: {} for each in missing}
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        jobs = {pool.submit(runs.learn, each._replace(seed=seed), stop, each in watched):
-                (each, seed)
-                for each in missing for seed in range(cells.seeds)}
-        try:
-            for job in as_completed(jobs):
-                each, seed = jobs.pop(job)
-                learned[each][seed] = job.result()
-                check(stop)
-                if len(learned[each]) == cells.seeds:
-                    done = learned.pop(each)
-                    cells.save(each, [done[number] for number in range(cells.seeds)])
-                bar.update(task, advance=1, now=each.method)
-        except BaseException:
-            stop.set()
-            pool.shutdown(cancel_futures=True)
-            console.print(f'{sum(map(cells.has, missing))} of {len(missing)} cells were computed '
-                          f'and are kept in {cells.folder}; the same command goes on from there')
-            raise
 
 
 def draw(figures, results, out, stop, bar):

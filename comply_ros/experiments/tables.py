@@ -6,6 +6,7 @@ from comply_ros.experiments.numbers import name_of
 from comply_ros.experiments.own_figures import (
     at_its_best,
     COMPARED,
+    LENGTHS,
     MAZE,
     OURS,
     teachers,
@@ -22,7 +23,6 @@ from comply_ros.experiments.published import (
 from comply_ros.experiments.runs import Run
 from comply_ros.experiments.statistics import LEVEL_NAMES
 
-LENGTHS = {'sarsa': 600, 'q_learning': 600, 'sarsa_lambda': 400, 'watkins': 400}
 BEST = {'100 %': 1.0, '99.9 %': 0.999, '~74 %': 0.74, '50 %': 0.5, 'random': 0.0,
         'adversarial': 0.0}
 
