@@ -59,7 +59,7 @@ def own_figures(profile, mentors):
 def _better(profile, mentors):
     alone_too = {(f'{OURS}, alone', None): taught(OURS, profile, 'none', MAZE)}
     yield Figure('regret', 'Regret with every mentor', 'The regret of every way of complying, '
-                 'with mentors from optimal to adversarial; "alone" is our learner without a mentor',
+                 'from optimal to adversarial mentors; "alone" is our learner without a mentor',
                  'regrets', {**{(method, name): at_its_best(method, profile, mentor)
                                 for method in COMPARED
                                 for name, mentor in teachers(mentors).items()}, **alone_too},
