@@ -67,9 +67,9 @@ SLIPS = """
 In the published runs **a slip never ran into an obstacle**: the random policy, which they
 measured at {measured}, has {as_run:.2f} with such slips (map `maze_as_run`), and {bumps:.2f}
 where a slip takes any other action (`maze`, as the text describes it). With such slips
-vanishing compliance comes out as published with every mentor; without (last column) the mentor
-of 99.9 % does not. For `q_learning` and `sarsa` the two hardly differ. The figures of profile `published`
-are of `maze_as_run`."""
+vanishing compliance comes out as published with every mentor; without (last column) it does
+not with that of 99.9 %. For `q_learning` and `sarsa` the two hardly differ. The figures of
+profile `published` are of `maze_as_run`."""
 
 HANDED_DOWN = """
 The rows of profile `published` have the settings that are handed down with the published runs.
