@@ -6,7 +6,7 @@ import os
 import numpy as np
 import pytest
 
-from comply_ros.session.painter import painter
+from comply_ros.session.painter import paint_here, painter
 
 SUMMARY = {'optimal_return': 1.0, 'mentor_return': None, 'episodes': 2, 'method': 'sarsa',
            'map': 'maze', 'mentor': 'none'}
@@ -31,3 +31,10 @@ def test_a_picture_is_drawn_by_another_process_that_then_ends(tmp_path):
 def test_what_goes_wrong_there_is_said_here(tmp_path):
     with painter() as paint, pytest.raises(FileNotFoundError):
         paint('draw_learning_curve', tmp_path / 'no' / 'a.png', np.zeros((1, 5)), SUMMARY).result()
+
+
+def test_a_process_with_threads_draws_itself(tmp_path):
+    before = children()
+    done = paint_here('draw_learning_curve', tmp_path / 'a.png', np.zeros((1, 5)), SUMMARY)
+    assert done.done() and (tmp_path / 'a.png').exists()
+    assert children() == before

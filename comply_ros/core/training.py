@@ -120,14 +120,8 @@ def play(learns, step_limit, intended, starts, successor, reward, slips, termina
         place[EPISODE], place[STEP], place[STATE], place[ACTION], place[SAID])
     met, most = 0, min(len(moves), len(decisions))
     while met < most and episode < len(returns):
-        u = moves[met, 0]
-        if step < 0:
-            r, s2, done, over = 0.0, first_state(u, starts), False, False
-        else:
-            b = taken_action(s, a, u, intended, slips)
-            r, s2 = reward[s, b], successor[s, b]
-            done = terminal[s2]
-            over = done or step + 1 == step_limit
+        r, s2, done, over = next_state(step, s, a, moves[met, 0], step_limit, intended, starts,
+                                       successor, reward, slips, terminal)
         a2, said2 = NO_ACTION, NO_ACTION
         if not done:
             said2 = advise(s2, policy, worth, told, left, did)
@@ -154,3 +148,18 @@ def play(learns, step_limit, intended, starts, successor, reward, slips, termina
     place[EPISODE], place[STEP], place[STATE] = episode, step, s
     place[ACTION], place[SAID] = a, said
     return met
+
+
+@kernel
+def next_state(step, s, a, u, step_limit, intended, starts, successor, reward, slips, terminal):
+    """
+    Return reward, state, whether it is terminal, and whether the episode ends there.
+
+    step: -1 before the first state of an episode. u: uniform in [0, 1).
+    """
+    if step < 0:
+        return 0.0, first_state(u, starts), False, False
+    b = taken_action(s, a, u, intended, slips)
+    s2 = successor[s, b]
+    done = terminal[s2]
+    return reward[s, b], s2, done, done or step + 1 == step_limit

@@ -24,7 +24,7 @@ from comply_ros.nodes.processes import NodeDied, NodeProcess
 from comply_ros.session.ending import end_session
 from comply_ros.session.interrupts import check, interrupts
 from comply_ros.session.options import main_with, session_parser
-from comply_ros.session.painter import painter
+from comply_ros.session.painter import paint_here
 from comply_ros.session.screen import progress_bar, words
 
 NODES = ('grid_world', 'mentor', 'learner')
@@ -114,8 +114,7 @@ def run(options):
         return 1
     finally:
         rclpy.try_shutdown()
-    with painter() as paint:
-        end_session(options, yardstick, advice, [outcome], paint)
+    end_session(options, yardstick, advice, [outcome], paint_here)
     return 0
 
 

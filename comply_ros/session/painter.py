@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A process that draws: it loads matplotlib on another core while this one learns."""
 
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import contextmanager
 from importlib import import_module
 from multiprocessing import get_context
@@ -21,6 +21,13 @@ def painter():
     with ProcessPoolExecutor(1, get_context('fork'), _obey, (os.getpid(),)) as pool:
         pool.submit(_pictures)
         yield lambda name, *arguments: pool.submit(_draw, name, *arguments)
+
+
+def paint_here(name, *arguments):
+    """Draw in this process, which may have threads; return the future, done."""
+    done = Future()
+    done.set_result(_draw(name, *arguments))
+    return done
 
 
 def _obey(parent):
