@@ -2,7 +2,6 @@
 """Cells of an experiment on disk: one run repeated with many seeds, computed once."""
 
 import hashlib
-import os
 from pathlib import Path
 from typing import NamedTuple
 from zipfile import BadZipFile
@@ -13,6 +12,7 @@ import numpy as np
 from comply_ros.core.compiled import fingerprint
 from comply_ros.experiments.runs import Growth, yardstick_of
 from comply_ros.session.mentors import read_spec
+from comply_ros.session.results import aside
 
 
 class CellData(NamedTuple):
@@ -128,16 +128,10 @@ class Cells:
 
 
 def _write_whole(path, arrays):
-    """Write arrays to an .npz file, aside, then rename it: there is never half a file."""
-    aside = path.with_suffix(f'.{os.getpid()}.part')
+    """Write arrays to an .npz file; an error names it."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with aside.open('wb') as file:
+        with aside(path) as part, part.open('wb') as file:
             np.savez_compressed(file, **arrays)
-        os.replace(aside, path)
     except OSError as error:
-        aside.unlink(missing_ok=True)
         raise OSError(error.errno, error.strerror, str(path)) from None
-    except BaseException:
-        aside.unlink(missing_ok=True)
-        raise

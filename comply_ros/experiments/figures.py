@@ -3,10 +3,8 @@
 
 from typing import NamedTuple
 
-from comply_ros.experiments.published import NEAR
+from comply_ros.experiments.published import COMPLIANT, NEAR
 from comply_ros.experiments.runs import Run
-
-COMPLIANT = ('vanishing', 'beta_implicit', 'explicit')
 
 
 class Mentors(NamedTuple):

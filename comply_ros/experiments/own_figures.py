@@ -3,11 +3,12 @@
 
 from comply_ros.core.advising import WHENS
 from comply_ros.experiments.figures import alone, as_drawn, Figure, maze_of, taught
+from comply_ros.experiments.published import COMPLIANT
 from comply_ros.experiments.runs import Run
 
 MAZE = 'maze'  # with slips that can bump, as the report describes it: the harder one
 OURS = 'head_start'
-THREE = ('vanishing', 'beta_implicit', 'explicit')  # of the report
+THREE = tuple(COMPLIANT)  # of the report
 LENGTHS = {'sarsa': 600, 'q_learning': 600, 'sarsa_lambda': 400, 'watkins': 400}
 BASELINES = ('pi_reuse', 'policy_shaping', 'jump_start')
 COMPARED = (*THREE, 'explicit_lambda', *BASELINES, OURS)
@@ -16,6 +17,7 @@ BUDGETS = (10, 30, 100, 300, 1000)
 TEACHERS = {'100 %': 'optimal', '99.9 %': None, '~74 %': None, '50 %': None, 'random': 'random',
             'adversarial': 'adversarial'}
 
+TRIED_WITH = ('100 %', '99.9 %', '~74 %', '50 %', 'adversarial')
 # Variants of our learner and of the report's: what each changes, by name.
 TRIED = {
     'no head start': (OURS, {'belief_listen': 0.0}),
@@ -94,7 +96,7 @@ def _tables(profile, mentors):
     yield Figure('tried', 'Variants', '', 'table',
                  {(name, column): taught(method, profile, named[column], MAZE, **settings)
                   for name, (method, settings) in TRIED.items()
-                  for column in ('100 %', '99.9 %', '~74 %', '50 %', 'adversarial')})
+                  for column in TRIED_WITH})
     yield Figure('rows', 'The settings as they are handed down', '', 'table',
                  {**{(method, level): taught(method, profile, mentor)
                      for method in THREE[1:] for level, mentor in levels.items()},

@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The page of results: tables against the published runs, and every figure with its verdict."""
 
-import os
 from pathlib import Path
 import shutil
 
 from comply_ros.experiments.page_text import DIFFERENCES, INTRODUCTION
 from comply_ros.experiments.tables import tables_of
-from comply_ros.session.results import OutputError
+from comply_ros.session.results import aside, OutputError
 
 
 def write_page(path, numbers, figures, pictures):
@@ -26,9 +25,8 @@ def write_page(path, numbers, figures, pictures):
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         folder = _beside(path, figures, pictures)
-        aside = path.with_name(f'{path.name}.part')
-        aside.write_text('\n'.join(page_lines(numbers, figures, folder)) + '\n')
-        os.replace(aside, path)
+        with aside(path) as part:
+            part.write_text('\n'.join(page_lines(numbers, figures, folder)) + '\n')
     except OSError as error:
         raise OutputError(f'a page must be writable, got {str(path)!r} '
                           f'({error.strerror.lower()})') from None

@@ -4,8 +4,6 @@
 import argparse
 from contextlib import contextmanager
 import fcntl
-import json
-import os
 from pathlib import Path
 
 from comply_ros.core.methods import METHODS
@@ -25,7 +23,7 @@ from comply_ros.session.interrupts import check, interrupts
 from comply_ros.session.maps import read_map
 from comply_ros.session.mentors import read_spec
 from comply_ros.session.options import guarded, MISTAKES
-from comply_ros.session.results import OutputError, prepare_folder
+from comply_ros.session.results import OutputError, prepare_folder, write_json
 from comply_ros.session.screen import console, progress_bar
 
 
@@ -60,7 +58,7 @@ def run(given):
         results = Results(Cells(out / 'data', given.seeds), given.profile)
         complete(figures, results.cells, given.redraw, out)
         numbers = numbers_of(results, figures, mentors)
-        write_json(out / 'results.json', numbers)
+        write_results(out / 'results.json', numbers)
         pages = [out / 'results.md'] + ([Path(given.page)] if given.page else [])
         with interrupts() as stop, progress_bar() as bar:
             draw(figures, results, out, stop, bar)
@@ -141,14 +139,11 @@ def draw(figures, results, out, stop, bar):
         bar.update(task, advance=1, now=figure.name)
 
 
-def write_json(path, table):
-    """Write a table aside, then rename it; nothing in it is infinite or nan."""
-    aside = path.with_suffix('.part')
+def write_results(path, numbers):
+    """Write the numbers; raises OutputError if that cannot be."""
     try:
-        aside.write_text(json.dumps(table, indent=1, allow_nan=False) + '\n')
-        os.replace(aside, path)
+        write_json(path, numbers)
     except OSError as error:
-        aside.unlink(missing_ok=True)
         raise OutputError(f'{path} must be writable ({error.strerror.lower()})') from None
 
 

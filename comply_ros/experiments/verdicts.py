@@ -7,7 +7,7 @@ import numpy as np
 
 from comply_ros.core.grid import STEPS
 from comply_ros.core.planning import optimal_policy, STOP_SHARE, sweeps_until, value_iteration
-from comply_ros.experiments.figures import COMPLIANT
+from comply_ros.experiments.published import COMPLIANT
 from comply_ros.experiments.results_data import LAST
 from comply_ros.experiments.runs import Run
 

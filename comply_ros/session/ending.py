@@ -4,7 +4,7 @@
 import numpy as np
 
 from comply_ros.core.policy import format_policy
-from comply_ros.session.results import summarize, write_summary
+from comply_ros.session.results import summarize, write_json
 from comply_ros.session.screen import show_table
 
 
@@ -25,7 +25,7 @@ def end_session(options, yardstick, advice, outcomes, paint):
     mentor_return = yardstick.return_of(advice) if has_mentor else None
     singles = [summarize(options, yardstick, mentor_return, **each) for each in outcomes]
     summary = singles[0] if len(singles) == 1 else _lists(singles)
-    files = [write_summary(options.out, summary), options.out / 'learning.npz',
+    files = [write_json(options.out / 'summary.json', summary), options.out / 'learning.npz',
              options.out / 'learning_curve.png']
     curves = np.array([each['returns'] for each in outcomes])
     drawn = [paint('draw_learning_curve', files[-1], curves, singles[0])]

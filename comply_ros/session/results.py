@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is left of a session: `learning.npz`, `summary.json`, and the numbers in it."""
 
+from contextlib import contextmanager
 import json
 import os
 from pathlib import Path
@@ -54,14 +55,24 @@ def save_learning(path, method, memory, advice):
     """
     path = Path(path).expanduser()
     arrays = dict(zip(memory.__dataclass_fields__, memory.arrays()))
-    aside = path.with_name(f'{path.name}.part')
+    with aside(path) as part, part.open('wb') as file:
+        np.savez_compressed(
+            file, **arrays, confidence=np.array(confidences(method, memory, advice)))
+
+
+@contextmanager
+def aside(path):
+    """
+    Give a path to write to; when the block has ended well, what is there becomes the file.
+
+    There is never half a file, and after an error what was there stays.
+    """
+    part = path.with_name(f'{path.name}.{os.getpid()}.part')
     try:
-        with aside.open('wb') as file:
-            np.savez_compressed(
-                file, **arrays, confidence=np.array(confidences(method, memory, advice)))
-        os.replace(aside, path)
+        yield part
+        os.replace(part, path)
     except BaseException:
-        aside.unlink(missing_ok=True)
+        part.unlink(missing_ok=True)
         raise
 
 
@@ -99,10 +110,8 @@ def summarize(options, yardstick, mentor_return, *, seed, returns, steps, wall_s
         'final_return': returns[-1], 'digest': digest}
 
 
-def write_summary(folder, summary):
-    """Write `summary.json`, aside, then rename it; return its path."""
-    path = Path(folder) / 'summary.json'
-    aside = path.with_suffix('.json.part')
-    aside.write_text(json.dumps(summary, indent=2, allow_nan=False) + '\n')
-    os.replace(aside, path)
+def write_json(path, table):
+    """Write a table without infinite numbers and nan, whole or not at all; return the path."""
+    with aside(path) as part:
+        part.write_text(json.dumps(table, indent=2, allow_nan=False) + '\n')
     return path
