@@ -11,10 +11,12 @@ import pytest
 import comply_ros
 
 HOUSE = Path(comply_ros.__file__).parent
-ROS = {'rclpy', 'comply_msgs', 'rcl_interfaces', 'rosidl_parser', 'launch', 'launch_ros'}
+ROS = {'rclpy', 'comply_msgs', 'diagnostic_msgs', 'rcl_interfaces', 'rosidl_parser', 'launch',
+       'launch_ros'}
 MAY_IMPORT = {
     'core': {'comply_ros.core', 'numpy', 'numba'},
-    'session': {'comply_ros.core', 'comply_ros.session', 'numpy', 'matplotlib', 'rich', 'yaml'},
+    'session': {'comply_ros', 'comply_ros.core', 'comply_ros.session', 'numpy', 'matplotlib',
+                'rich', 'yaml'},
     'experiments': {'comply_ros.core', 'comply_ros.session', 'comply_ros.experiments', 'numpy',
                     'yaml', 'distributed', 'matplotlib'},
     'nodes': {'comply_ros.core', 'comply_ros.session', 'comply_ros.nodes', 'numpy', 'yaml'} | ROS,

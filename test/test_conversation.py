@@ -10,6 +10,7 @@ from worlds import grid
 from comply_ros.core.dialogue import (
     Action,
     describe,
+    Dropped,
     Episode,
     grid_of,
     Notice,
@@ -67,7 +68,7 @@ def test_the_learner_answers_the_first_state_in_any_order(order):
             'advice': actor.hear_recommendation}
     said = [answer for name in order for answer in hear[name](FIRST[name])]
     actions = [each for each in said if isinstance(each, Action)]
-    assert actions == [Action(RUN, 1, 0, 3, True, 1.0)]
+    assert actions == [Action(RUN, 1, 0, 3, True, 1.0, learner=1)]
     assert not [each for each in said if isinstance(each, Refused)]
 
 
@@ -94,7 +95,8 @@ def test_a_repeated_question_gets_the_same_answer_and_teaches_nothing():
     assert actor.hear_state(state()) == first
     assert actor.hear_recommendation(advice()) == ()
     assert actor.memory.digest() == digest
-    assert mentor().hear_state(state()) == mentor().hear_state(state()) == (advice(),)
+    actor = mentor()
+    assert actor.hear_state(state()) == actor.hear_state(state()) == (advice(),)
 
 
 def test_a_repeated_answer_is_dropped():
@@ -102,15 +104,19 @@ def test_a_repeated_answer_is_dropped():
     answer = Action(RUN, 1, 0, 3, True, 1.0)
     question, = world.hear_action(answer)
     assert (question.episode, question.step) == (1, 1)
-    assert world.hear_action(answer) == ()
+    dropped, = world.hear_action(answer)
+    assert dropped == Dropped('action too late', 'dropped an action of turn (1, 0): it came late, '
+                              'or twice')
     assert world.question is question
+    assert world.signs == 1  # but its learner is alive
 
 
 def test_an_old_question_is_dropped():
     actor = learner()
     actor.hear_recommendation(advice(step=4))
     assert len(actor.hear_state(state(step=4))) == 1
-    assert actor.hear_state(state(step=3)) == ()
+    assert actor.hear_state(state(step=3, s=5)) == (
+        Dropped('state too late', 'dropped a state of turn (1, 3): it came late, or twice'),)
 
 
 def test_an_episode_ends_with_no_action_and_the_next_begins():
@@ -130,12 +136,19 @@ def test_the_step_limit_truncates():
     assert (episode.terminated, episode.truncated) == (False, True)
 
 
-def test_a_learner_that_is_finished_answers_no_more():
-    actor = learner(episodes=1, iterations=1, trust='none')
+def at_the_goal(**settings):
+    """Return a learner beside a goal, and the state in which it arrives there."""
+    actor = LearnerActor(replace(ROW, trust='none', **settings), seed=0)
+    actor.hear_world(describe(grid('.G'), 'beside', RUN))
     actor.hear_state(state())
-    progress, = actor.hear_state(state(step=1, s=8, reward=10.0, terminated=True))
+    return actor, state(step=1, s=1, reward=10.0, terminated=True)
+
+
+def test_a_learner_that_is_finished_answers_no_more():
+    actor, arrived = at_the_goal(episodes=1, iterations=1)
+    progress, = actor.hear_state(arrived)
     assert isinstance(progress, Progress) and progress.finished
-    assert actor.hear_state(state(step=1, s=8, reward=10.0, terminated=True)) == ()
+    assert actor.hear_state(arrived) == ()
 
 
 def test_who_comes_late_learns_nothing_from_what_it_has_not_seen():
@@ -151,11 +164,14 @@ def test_a_mentor_that_changes_its_mind_is_heard_from_the_next_visit_on():
     actor = learner()
     actor.hear_state(state())
     assert actor.hear_recommendation(advice(action=3))[0].action == 3
-    said = actor.hear_state(state(step=1, s=0, reward=-1.0))
+    actor.hear_state(state(step=1, s=3, reward=-1.0))
+    assert len(actor.hear_recommendation(advice(step=1, s=3))) == 1
+    said = actor.hear_state(state(step=2, s=0, reward=-1.0))
     assert said[0].action == 3
-    assert actor.hear_recommendation(advice(step=1, action=1)) == ()
+    assert actor.hear_recommendation(advice(step=2, action=1)) == ()
     assert actor.hear_recommendation(advice(step=0, action=3)) == ()  # late: not the newest word
-    assert actor.hear_state(state(step=2, s=0, reward=-1.0))[0].action == 1
+    actor.hear_state(state(step=3, s=3, reward=-1.0))
+    assert actor.hear_state(state(step=4, s=0, reward=-1.0))[0].action == 1
 
 
 def test_who_does_not_remember_waits_for_every_advice():
@@ -163,8 +179,10 @@ def test_who_does_not_remember_waits_for_every_advice():
     actor.hear_world(HERE)
     actor.hear_state(state())
     assert len(actor.hear_recommendation(advice())) == 1
-    assert actor.hear_state(state(step=1, s=0, reward=-1.0)) == ()
-    assert len(actor.hear_recommendation(advice(step=1))) == 1
+    actor.hear_state(state(step=1, s=3, reward=-1.0))
+    assert len(actor.hear_recommendation(advice(step=1, s=3))) == 1
+    assert actor.hear_state(state(step=2, s=0, reward=-1.0)) == ()
+    assert len(actor.hear_recommendation(advice(step=2))) == 1
 
 
 def test_advice_for_the_goal_is_idle():
@@ -184,20 +202,50 @@ def test_a_world_that_comes_back_keeps_what_was_learned_and_another_does_not():
     actor.hear_state(state())
     actor.hear_state(state(step=1, s=1, reward=-1.0))
     digest = actor.memory.digest()
-    notice, = actor.hear_world(HERE._replace(run=8))
+    notice, action = turn_to(actor, HERE._replace(run=8))
     assert isinstance(notice, Notice) and 'goes on' in notice.text
+    assert isinstance(action, Action)
     assert actor.memory.digest() == digest
-    other = describe(grid('.G'), 'other', 9)
-    notice, = actor.hear_world(other)
+    notice, action = turn_to(actor, describe(grid('.G'), 'other', 9))
     assert 'begins to learn' in notice.text
     assert actor.memory.q.shape == (2, 4)
 
 
-def test_a_state_of_a_run_that_is_not_known_yet_waits_for_its_world():
+def turn_to(actor, described):
+    """Have another world ask twice, and the one here be silent for two looks."""
+    assert actor.hear_world(described) == ()
+    for _ in range(2):
+        assert actor.hear_state(state(run=described.run)) == ()
+    assert actor.look() == ()
+    return actor.look()
+
+
+def test_a_world_that_only_speaks_beside_the_one_here_gets_no_attention():
     actor = learner(trust='none')
-    assert actor.hear_state(state(run=8)) == ()
-    said = actor.hear_world(HERE._replace(run=8))
-    assert [type(each) for each in said] == [Notice, Action]
+    actor.hear_state(state())
+    actor.hear_world(HERE._replace(run=8))
+    for step in range(1, 5):
+        assert actor.hear_state(state(run=8)) == ()
+        refused, action = actor.hear_state(state(step=step, s=step % 2, reward=-1.0))
+        assert refused.kind == 'another run' and isinstance(action, Action)
+        assert actor.look() == ()
+    assert actor.described.run == RUN
+
+
+def test_of_two_worlds_the_first_is_attended_to_where_nothing_was_answered_yet():
+    actor = LearnerActor(replace(ROW, trust='none'), seed=0)
+    assert len(actor.hear_world(HERE._replace(run=8, began=20.0))) == 1
+    assert len(actor.hear_world(HERE._replace(began=10.0))) == 1
+    assert actor.hear_world(HERE._replace(run=9, began=30.0)) == ()
+    actor.hear_state(state())
+    assert actor.hear_world(HERE._replace(run=3, began=1.0)) == ()  # too late
+    assert actor.described.run == RUN
+
+
+def test_a_state_of_a_run_that_is_not_known_yet_waits_for_its_world():
+    actor = LearnerActor(replace(ROW, trust='none'), seed=0)
+    assert actor.hear_state(state()) == ()
+    assert [type(each) for each in actor.hear_world(HERE)] == [Notice, Action]
 
 
 @pytest.mark.parametrize('make', [learner, mentor])
@@ -232,21 +280,22 @@ def test_an_episode_that_was_not_seen_whole_does_not_count():
     actor.hear_state(state(step=3, s=5, reward=-1.0))
     said = actor.hear_state(state(step=4, s=8, reward=10.0, terminated=True))
     assert [type(each) for each in said] == [Action]
-    actor.hear_state(state(episode=2))
-    said = actor.hear_state(state(episode=2, step=1, s=8, reward=10.0, terminated=True))
+    for step, s in enumerate((0, 1, 2, 5)):
+        actor.hear_state(state(episode=2, step=step, s=s, reward=-1.0 * (step > 0)))
+    said = actor.hear_state(state(episode=2, step=4, s=8, reward=10.0, terminated=True))
     assert [type(each) for each in said] == [Action, Progress]
 
 
 def test_a_learner_that_is_finished_rests_also_when_its_world_comes_back():
-    actor = learner(episodes=1, iterations=1, trust='none')
-    actor.hear_state(state())
-    actor.hear_state(state(step=1, s=8, reward=10.0, terminated=True))
+    actor, arrived = at_the_goal(episodes=1, iterations=1)
+    actor.hear_state(arrived)
     digest = actor.memory.digest()
-    actor.hear_world(HERE._replace(run=8))
+    notice, = turn_to(actor, describe(grid('.G'), 'beside', 8))
+    assert 'goes on' in notice.text
     assert actor.hear_state(state(run=8)) == ()
     assert actor.memory.digest() == digest
-    actor.hear_world(describe(grid('.G'), 'other', 9))
-    assert len(actor.hear_state(state(run=9))) == 1
+    notice, action = turn_to(actor, describe(grid('..G'), 'other', 9))
+    assert 'begins to learn' in notice.text
     assert (actor.finished, actor.student.iterations_done) == (False, 0)
 
 

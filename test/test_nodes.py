@@ -128,9 +128,10 @@ def test_nodes_end_cleanly_in_the_middle_of_the_learning(tmp_path, node, number)
 def test_every_field_of_a_method_is_a_parameter_with_a_description(tmp_path, node):
     from rcl_interfaces.srv import DescribeParameters, ListParameters
     expect = {
-        'grid_world': {'map', 'profile', 'seed', 'rate'},
-        'mentor': {'mentor', 'seed', 'budget', 'advising'},
-        'learner': {'method', 'profile', 'seed', 'map_period', 'remembers_advice', *FIELDS}}
+        'grid_world': {'map', 'profile', 'seed', 'rate', 'state_dir'},
+        'mentor': {'mentor', 'seed', 'budget', 'advising', 'state_dir'},
+        'learner': {'method', 'profile', 'seed', 'map_period', 'remembers_advice',
+                    'advice_timeout', 'state_dir', *FIELDS}}
     with nodes(tmp_path, grid_world=(), mentor=(), learner=()):
         for name, names in expect.items():
             listed = call(node, ListParameters, f'/{name}/list_parameters')

@@ -9,14 +9,16 @@ import xml.etree.ElementTree as ElementTree
 import pytest
 import yaml
 
+import comply_ros
 from comply_ros import entry
 from comply_ros.core.method import FIELDS
 from comply_ros.core.methods import METHODS
 
 TOP = Path(__file__).parents[1]
-KNOWN = {'grid_world': {'map', 'profile', 'seed', 'rate'},
-         'mentor': {'mentor', 'seed', 'budget', 'advising'},
-         'learner': {'method', 'profile', 'seed', 'map_period', 'remembers_advice', *FIELDS}}
+KNOWN = {'grid_world': {'map', 'profile', 'seed', 'rate', 'state_dir'},
+         'mentor': {'mentor', 'seed', 'budget', 'advising', 'state_dir'},
+         'learner': {'method', 'profile', 'seed', 'map_period', 'remembers_advice',
+                     'advice_timeout', 'state_dir', *FIELDS}}
 EXECUTABLES = ('grid_world', 'mentor', 'learner', 'lesson', 'train', 'reproduce', 'sweep', 'topic')
 
 
@@ -51,6 +53,7 @@ def test_the_launch_file_has_the_arguments_and_knows_all_methods():
 def test_versions_agree():
     versions = {ElementTree.parse(TOP / path).findtext('version')
                 for path in ('package.xml', 'msg_defs/package.xml')}
+    versions.add(comply_ros.__version__)
     versions |= set(re.findall(r"version='([\d.]+)'", (TOP / 'setup.py').read_text()))
     versions |= {re.search(r'## ([\d.]+)', (TOP / 'CHANGELOG.md').read_text())[1]}
     assert len(versions) == 1

@@ -33,7 +33,8 @@ def test_list_names_the_topics(running):
 def test_info_names_both_ends_and_their_qos(running):
     expected = ('Type: comply_msgs/msg/WorldDescription\n\n'
                 'Publisher count: 1\n  /grid_world: reliable, transient_local\n\n'
-                'Subscription count: 1\n  /learner: reliable, transient_local\n')
+                'Subscription count: 2\n  /grid_world: reliable, transient_local\n'
+                '  /learner: reliable, transient_local\n')
     wait_until(lambda: run('topic', 'info', '/world').stdout == expected, 'both ends')
     assert run('topic', 'info', '/world').returncode == 0
 

@@ -4,13 +4,17 @@
 from math import isfinite
 from typing import NamedTuple
 
-from comply_ros.core.grid import Grid, NO_ACTION, OBSTACLE
+from comply_ros.core.grid import Grid
+
+ANYONE = 0  # number of no learner in particular
+REPORTS = 1000  # reports of episodes and iterations that are kept for who comes late
 
 
 class WorldDescription(NamedTuple):
     """All that another node needs to rebuild the world; `rows` top row first."""
 
     run: int
+    began: float
     name: str
     width: int
     height: int
@@ -35,6 +39,7 @@ class StateReward(NamedTuple):
     reward: float
     terminated: bool
     truncated: bool
+    learner: int = ANYONE
 
 
 class Recommendation(NamedTuple):
@@ -56,6 +61,7 @@ class Action(NamedTuple):
     action: int
     followed: bool
     confidence: float
+    learner: int = ANYONE
 
 
 class Episode(NamedTuple):
@@ -83,10 +89,35 @@ class Progress(NamedTuple):
     finished: bool
 
 
+class Answered(NamedTuple):
+    """A question that a learner has answered, and the advice that it had; for its journal."""
+
+    episode: int
+    step: int
+    state: int
+    reward: float
+    terminated: bool
+    truncated: bool
+    advice: int
+
+
 class Refused(NamedTuple):
     """What could not be right, and was neither answered nor learned from."""
 
     kind: str
+    reason: str
+
+
+class Dropped(NamedTuple):
+    """What came late or twice, as it may in any network, and changed nothing."""
+
+    kind: str
+    reason: str
+
+
+class Aside(NamedTuple):
+    """This node is one too many: it says and learns nothing any more."""
+
     reason: str
 
 
@@ -101,10 +132,10 @@ def turn(said):
     return said.episode, said.step
 
 
-def describe(grid, name, run):
-    """`WorldDescription` of a grid."""
+def describe(grid, name, run, began=0.0):
+    """`WorldDescription` of a grid; began: seconds since 1970."""
     return WorldDescription(
-        run=run, name=name, width=grid.width, height=grid.height, rows=grid.rows,
+        run=run, began=began, name=name, width=grid.width, height=grid.height, rows=grid.rows,
         starts=grid.starts, step_reward=grid.step_reward, obstacle_reward=grid.obstacle_reward,
         goal_reward=grid.goal_reward, intended=grid.intended, step_limit=grid.step_limit,
         slips_bump=grid.slips_bump, sha256=grid.sha256)
@@ -127,46 +158,6 @@ def grid_of(said):
     if grid.sha256 != said.sha256:
         raise ValueError(f'sha256 must be that of the world, {grid.sha256[:8]}..., '
                          f'got {said.sha256[:8]!r}')
+    if not isfinite(said.began):
+        raise ValueError(f'began must be a finite number, got {said.began}')
     return grid
-
-
-def problem_of_state(said, world):
-    """`Refused` for a `StateReward` that cannot be right in this world, or None."""
-    cells = world.grid.cells
-    if not 0 <= said.state < len(cells):
-        return Refused('state outside the grid',
-                       f'a state must lie in [0, {len(cells) - 1}], got {said.state}')
-    if not isfinite(said.reward):
-        return Refused('reward not a number',
-                       f'a reward must be a finite number, got {said.reward}')
-    if cells[said.state] == OBSTACLE:
-        return Refused('state in an obstacle', 'a state must not be an obstacle, '
-                       f'got {said.state} at {world.grid.place(said.state)}')
-    if said.terminated != bool(world.terminal[said.state]):
-        return Refused('wrong end', 'terminated must be true at a goal and nowhere else, '
-                       f'got {said.terminated} in state {said.state}')
-    limit = world.grid.step_limit
-    if said.step > limit or said.truncated != (said.step == limit and not said.terminated):
-        return Refused('wrong step', f'an episode must be truncated at step {limit} and nowhere '
-                       f'else, got {said.truncated} at step {said.step}')
-    return None
-
-
-def problem_of_advice(said, world):
-    """`Refused` for a `Recommendation` that cannot be right in this world, or None."""
-    states = len(world.terminal)
-    if not 0 <= said.state < states:
-        return Refused('advice outside the grid', 'a recommendation must be for a state in '
-                       f'[0, {states - 1}], got {said.state}')
-    takes = world.free[said.state]  # elsewhere advice is idle, whatever it is
-    if takes and said.action != NO_ACTION and not (
-            0 <= said.action < 4 and world.available[said.state, said.action]):
-        return Refused('advice not available', 'a recommendation must be an action that the cell '
-                       f'has, or {NO_ACTION}, got {said.action} in state {said.state}')
-    return None
-
-
-def problem_of_run(said, run, topic):
-    """`Refused` for a message of another run."""
-    return Refused('another run', f'{topic} must belong to run {run} of the world here, '
-                   f'got run {said.run}')

@@ -22,19 +22,29 @@ class Draws:
     generator: `numpy.random.Generator`.
     width: uniforms in a row.
 
+    Attributes
+    ----------
+    used: rows that were used up one by one.
+
     """
 
     def __init__(self, generator, width):
         self._generator, self._width = generator, width
         self._block = np.empty((0, width))
-        self._rows = iter(())
+        self._rows, self.used = iter(()), 0
 
     def row(self):
         """Return the next row, as a list of floats."""
+        self.used += 1
         for row in self._rows:
             return row
         self._rows = iter(self._generator.random((BLOCK, self._width)).tolist())
         return next(self._rows)
+
+    def skip_to(self, used):
+        """Change a fresh one, of which nothing was used, to go on after so many rows."""
+        self._generator.bit_generator.advance(used * self._width)
+        self.used = used
 
     def block(self):
         """Return the rows that come next, `[row, number]`, without using them up."""

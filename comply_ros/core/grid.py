@@ -5,6 +5,8 @@ from dataclasses import dataclass, fields
 from functools import cached_property
 import hashlib
 
+import numpy as np
+
 FREE, OBSTACLE, GOAL = CELLS = '.#G'
 LEFT, RIGHT, DOWN, UP = range(4)
 NO_ACTION = -1  # of a mentor: no advice; of a learner: nothing to do, the episode is over
@@ -82,19 +84,12 @@ class Grid:
 
     @cached_property
     def arriving(self):
-        """Set of the states from which a goal can be reached, goals included."""
+        """`arriving[s]`, bool: whether a goal can be reached from state s; true at goals."""
         return _cells_that_reach_a_goal(self, self.cells)
 
     def place(self, s):
         """Return (x, y) of state s."""
         return s % self.width, s // self.width
-
-    def neighbours(self, s):
-        """States beside s, obstacles included, that exist."""
-        x, y = self.place(s)
-        beside = ((x + dx, y + dy) for dx, dy in STEPS)
-        return [v * self.width + u for u, v in beside
-                if 0 <= u < self.width and 0 <= v < self.height]
 
 
 def _check_rows(rows):
@@ -104,10 +99,10 @@ def _check_rows(rows):
         if len(row) != len(rows[0]):
             raise MapError('all rows must have the same length: '
                            f'row {number} has {len(row)} cells, row 1 has {len(rows[0])}')
-        unknown = [x for x, cell in enumerate(row) if cell not in CELLS]
-        if unknown:
-            raise MapError(f'a cell must be one of . # G, got {row[unknown[0]]!r} '
-                           f'in row {number}, column {unknown[0] + 1}')
+        if not set(row) <= set(CELLS):
+            column, cell = next((x, cell) for x, cell in enumerate(row, 1) if cell not in CELLS)
+            raise MapError(f'a cell must be one of . # G, got {cell!r} '
+                           f'in row {number}, column {column}')
     if max(len(rows), len(rows[0])) > LARGEST_SIDE:
         raise MapError(f'a map may have at most {LARGEST_SIDE} cells a side, '
                        f'got {len(rows[0])} x {len(rows)}')
@@ -141,17 +136,20 @@ def _check_starts(grid):
         if cells[s] != FREE:
             what = 'an obstacle' if cells[s] == OBSTACLE else 'the goal'
             raise MapError(f'a start must be a free cell, but ({x}, {y}) is {what}')
-        if s not in grid.arriving:
+        if not grid.arriving[s]:
             raise MapError(f'the goal must be in reach of every start, '
                            f'but no way leads there from ({x}, {y})')
 
 
 def _cells_that_reach_a_goal(grid, cells):
-    found = {s for s, cell in enumerate(cells) if cell == GOAL}
-    border = list(found)
-    while border:
-        for t in grid.neighbours(border.pop()):
-            if cells[t] == FREE and t not in found:
-                found.add(t)
-                border.append(t)
+    signs = np.frombuffer(cells.encode(), dtype='S1')
+    found, free = signs == GOAL.encode(), signs == FREE.encode()
+    border = np.flatnonzero(found)
+    while len(border):
+        x, y = grid.place(border)
+        beside = [border[(0 <= x + dx) & (x + dx < grid.width) & (0 <= y + dy)
+                         & (y + dy < grid.height)] + dy * grid.width + dx for dx, dy in STEPS]
+        border = np.unique(np.concatenate(beside))
+        border = border[free[border] & ~found[border]]
+        found[border] = True
     return found

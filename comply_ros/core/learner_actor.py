@@ -1,23 +1,23 @@
 # SPDX-License-Identifier: Apache-2.0
 """The learner in the conversation: a state and a recommendation in, an action out."""
 
+from comply_ros.core.attention import Attention
 from comply_ros.core.dialogue import (
-    Action,
+    Answered,
+    ANYONE,
     grid_of,
     Notice,
-    problem_of_advice,
-    problem_of_run,
-    problem_of_state,
     Refused,
+    StateReward,
     turn,
+    WorldDescription,
 )
-from comply_ros.core.draws import Draws, streams
 from comply_ros.core.grid import NO_ACTION
-from comply_ros.core.learning import DRAWS
-from comply_ros.core.student import Student
+from comply_ros.core.hearsay import Hearsay
+from comply_ros.core.problems import problem_of_state, problem_of_world
+from comply_ros.core.respondent import Respondent
+from comply_ros.core.turns import Turns
 from comply_ros.core.world import World
-
-NOT_YET = (0, -1)  # before the first turn, which is (1, 0)
 
 
 class LearnerActor:
@@ -31,51 +31,81 @@ class LearnerActor:
     remembers_advice: whether to act at once in a state in which the mentor has spoken before,
         on what it said then. What it says now is heard when it comes, and counts from the
         next visit on. A mentor that does not change its mind makes no difference to the bits.
+    number: tells this learner from every other; not 0.
 
     Attributes
     ----------
-    world: the `World` that was described last, None before.
-    student: the `Student` that learns in it, None before. When it has finished, nothing is
-        answered, except in another world, which a new one begins to learn.
+    world: the `World` that it attends to, None before.
+    asked: the `StateReward` that waits for advice, or None.
+    told: what it was told and has used, in order, to be kept before an answer is said.
+    begins: True when its state does not follow from what it was told, and is to be kept whole.
 
     """
 
-    def __init__(self, method, seed, remembers_advice=True):
-        self._remembers_advice = remembers_advice
-        self.method, self.world, self.student = method, None, None
-        self._draws = Draws(streams(seed)[1], DRAWS)
-        self._run, self._early = None, {}
-        self._forget_the_turn()
+    def __init__(self, method, seed, remembers_advice=True, number=1):
+        self.method, self._remembers_advice = method, remembers_advice
+        self.world, self.asked, self.told, self.begins = None, None, [], False
+        self._attention, self._turns, self._hearsay = Attention(), Turns(), Hearsay()
+        self._respondent = Respondent(method, seed, number)
 
     def hear_world(self, said):
         """
-        Return a `Notice`, and what is to be said about a state that came before.
+        Return what is to be said about a world, and about what came before it.
 
-        The same world in a new run keeps what was learned; another world begins anew.
+        The first world is attended to; see `Attention` for another one.
 
         Raises
         ------
         ValueError: if it cannot be a world.
 
         """
+        here = self._attention.described
+        if here and said.run == here.run:
+            self._attention.silent = 0
+            return problem_of_world(said, here)
         grid = grid_of(said)
-        if said.run == self._run:
-            return ()
-        self._run = said.run
-        self._forget_the_turn()
-        notice = f'goes on in world {said.name!r}, run {said.run}'
-        if self.world is None or self.world.grid != grid:
-            self.world = World(grid)
-            self.student = Student(self.world, self.method)
-            notice = f'begins to learn world {said.name!r}, run {said.run}'
-        early, self._early = self._early, {}
-        return (Notice(notice),
-                *(answer for hear, (held, _) in early.items() for answer in hear(held)))
+        return self._attend(said, grid) if self._attention.prefers(said) else ()
+
+    def look(self):
+        """Return what is to be said if the world is silent and another asks; once a second."""
+        instead = self._attention.look()
+        self._turns.look()
+        return self._attend(instead, grid_of(instead)) if instead else ()
+
+    @property
+    def described(self):
+        """The `WorldDescription` of the world that is attended to, None before."""
+        return self._attention.described
 
     @property
     def memory(self):
         """`Memory` of what was learned in this world; None before a world is known."""
         return self.student and self.student.memory
+
+    @property
+    def turns(self):
+        """Questions that were answered so far."""
+        return self._respondent.turns
+
+    @property
+    def student(self):
+        """The `Student` that learns in this world, None before a world is known."""
+        return self._respondent.student
+
+    @property
+    def number(self):
+        """Number that tells this learner from every other."""
+        return self._respondent.number
+
+    @property
+    def aside(self):
+        """Tell whether another learner has this run."""
+        return self._turns.aside
+
+    @property
+    def reports(self):
+        """The last `Progress` said, oldest first."""
+        return self._respondent.reports
 
     @property
     def finished(self):
@@ -84,17 +114,16 @@ class LearnerActor:
 
     def advice_heard(self):
         """`advice[s]`: what the mentor said last in every state, -1 where nothing yet."""
-        heard = [NO_ACTION] * len(self.world.terminal)
-        for state, said in self._heard.items():
-            heard[state] = said.action
-        return heard
+        return self._hearsay.advice(len(self.world.terminal))
 
     def waits_for(self):
         """Text of what this learner needs before it can go on; None where it has it all."""
         if self.world is None:
             return 'a world: is a grid_world running?'
-        if self._asked:
-            return f'a recommendation in state {self._asked.state}: is a mentor running?'
+        if self.asked:
+            return f'a recommendation in state {self.asked.state}: is a mentor running?'
+        if self._turns.left:
+            return 'its turn: another learner is asked in this run'
         return None
 
     def hear_state(self, said):
@@ -104,101 +133,114 @@ class LearnerActor:
         A repeated question gets the same answer; an older one is dropped; one that cannot be
         right is `Refused`.
         """
-        if said.run != self._run:
-            return self._hold(self.hear_state, said, 'a state')
-        if self._early:
-            return (*self._refuse_held(), *self.hear_state(said))
-        problem = problem_of_state(said, self.world) or self._problem_of_turn(said)
+        attention = self._attention
+        if self._turns.aside:
+            return ()
+        if said.run != attention.run:
+            return attention.hold(self.hear_state, said, 'a state')
+        if attention.held:
+            return (*attention.refuse_held(), *self.hear_state(said))
+        attention.silent = 0
+        problem = problem_of_state(said, self.world)
         if problem:
             return (problem,)
-        if turn(said) == self._answered:
-            return (self._answer,) if self._answer else ()
-        asked = self._asked and turn(said) == turn(self._asked)
-        if turn(said) < self._answered or asked or self.finished:
-            return ()
-        self._asked = said
-        if not self.method.needs_mentor() or said.terminated:
-            return self._respond(said, NO_ACTION)
-        heard = self._heard.get(said.state)
-        if heard and (self._remembers_advice or turn(heard) == turn(said)):
-            return self._respond(said, heard.action)
-        return ()
+        here = turn(said)
+        if here < self._turns.answered:
+            return (self._turns.too_late(here),)
+        if here == self._turns.answered or self.asked and here == turn(self.asked):
+            answer = self._respondent.answer  # while it waits, the last one is a sign of life
+            return (answer,) if answer else ()
+        if said.learner not in (ANYONE, self.number):
+            return self._turns.leave(said, self.number)
+        remark = self._turns.remark(said, self.world)
+        if self.finished or type(remark) is Refused:
+            return (remark,) if remark else ()
+        return (remark, *self._take_up(said)) if remark else self._take_up(said)
 
     def hear_recommendation(self, said):
         """Return the `Action` in the state that waited for this advice; else remember it."""
-        if said.run != self._run:
-            return self._hold(self.hear_recommendation, said, 'a recommendation')
-        problem = problem_of_advice(said, self.world)
-        if problem:
-            return (problem,)
-        heard = self._heard.get(said.state)
-        if not heard or turn(said) > turn(heard):
-            self._heard[said.state] = said
-        if self._asked and said[:4] == self._asked[:4]:
-            return self._respond(self._asked, said.action)
+        attention = self._attention
+        if said.run != attention.run:
+            return attention.hold(self.hear_recommendation, said, 'a recommendation')
+        counts, utterances = self._hearsay.hear(said, self.world)
+        if not counts:
+            return utterances
+        self.told.append(said)
+        if self.asked and turn(said) == turn(self.asked):
+            return self._respond(said.action)
         return ()
 
-    def _hold(self, hear, said, what):
-        """
-        Keep a message of another run for the world that it may belong to.
+    def go_without_advice(self):
+        """Return the `Action` in the state that waits for advice, as if the mentor had none."""
+        return self._respond(NO_ACTION) if self.asked else ()
 
-        It is refused as soon as the world here is heard to go on.
-        """
-        self._early[hear] = said, what
-        return ()
+    def state(self):
+        """Return all that it needs to go on later: facts that JSON can write, and arrays."""
+        facts, arrays = self._respondent.state()
+        described = self.described
+        facts['described'] = described._replace(rows=list(described.rows),
+                                                starts=list(described.starts))
+        return facts, {**arrays, **self._hearsay.arrays()}
 
-    def _refuse_held(self):
-        early, self._early = self._early, {}
-        return tuple(problem_of_run(said, self._run, what) for said, what in early.values())
+    def restore(self, facts, arrays, told):
+        """Change into what a state was, then learn again what was told since, step by step."""
+        described = WorldDescription(*facts['described'])
+        self._attend(described, grid_of(described))
+        self._respondent.restore(facts, arrays)
+        last = self._respondent.last
+        if last:
+            self._turns.take(last)
+            self._attention.committed = True
+        self._hearsay = Hearsay(described.run, self._turns.answered)
+        self._hearsay.restore(arrays)
+        for each in told:
+            self._learn_again(each)
+        self.told.clear()
+        self.begins, self._turns.may_lack = False, True
 
-    def _problem_of_turn(self, said):
-        """`Refused` for a question that cannot be the next one, or None."""
-        episode, step = self._answered
-        if self._answered == NOT_YET or turn(said) <= self._answered:
-            return None
-        if turn(said) in ((episode, step + 1), (episode + 1, 0)):
-            return None
-        return Refused('question out of turn', f'a state must follow turn {self._answered}, '
-                       f'got {turn(said)}: is there another learner?')
+    def recall(self):
+        """Return what is to be said again after `restore`: all reports, and the last answer."""
+        answer = self._respondent.answer
+        return (*self.reports, answer) if answer else tuple(self.reports)
 
-    def _respond(self, asked, advice):
-        """Change the memory: choose, then learn. Return what is to be said."""
-        s, u = asked.state, self._draws.row()
-        a, p = NO_ACTION, 0.0
-        if not asked.terminated:
-            a, p = self.student.choose(s, advice, asked.step, u)
-        self._learn_from(asked, a)
-        self.student.weigh(advice, p)
-        self._previous = s, a, advice
-        self._answered, self._asked = turn(asked), None
-        if asked.terminated or asked.truncated:
-            return self._end_episode(asked)
-        followed = advice != NO_ACTION and u[0] < p
-        self._answer = Action(*asked[:3], a, followed, p)
-        return (self._answer,)
+    def _learn_again(self, told):
+        """Change the memory by one thing that was told before, as it was changed then."""
+        if type(told) is not Answered:
+            self._hearsay.hear(told, self.world)
+            return
+        *question, advice = told
+        self.asked = StateReward(self.described.run, *question)
+        self._hearsay.ask(self.asked)
+        self._respond(advice)
 
-    def _learn_from(self, asked, a):
-        """Change the memory by the step that led here, if it is known where it began."""
-        if asked.step == 0:
-            self.student.begin_episode()
-        elif (asked.episode, asked.step - 1) != self._answered:
-            self.student.lose_track()
-        else:
-            s, b, advice = self._previous
-            self.student.learn(s, b, asked.reward, asked.state, a, asked.terminated, advice)
+    def _attend(self, said, grid):
+        """Change into one that learns in this world; return a `Notice`, and what came early."""
+        held = self._attention.attend(said)
+        self.asked, self._turns, self._hearsay = None, Turns(), Hearsay(said.run)
+        self._respondent.forget_the_run()
+        notice = f'goes on in world {said.name!r}, run {said.run}'
+        if self.world is None or self.world.grid != grid:
+            self.world = World(grid)
+            self._respondent.begin(self.world)
+            notice = f'begins to learn world {said.name!r}, run {said.run}'
+        self.begins = True
+        return (Notice(notice), *(answer for hear, message in held for answer in hear(message)))
 
-    def _end_episode(self, asked):
-        """Return the `Action` that lets the next episode begin, and the `Progress` if any."""
-        self._answer = Action(*asked[:3], NO_ACTION, False, 0.0)
-        progress = self.student.end_episode()
-        if progress is None:
-            return (self._answer,)
-        progress = progress._replace(run=self._run)
-        if self.finished:
-            self._answer = None
-            return (progress,)
-        return (self._answer, progress)
+    def _take_up(self, said):
+        """Return the `Action` in a state, if it can be told without hearing more."""
+        self.asked, early = said, self._hearsay.ask(said)
+        known = self._hearsay.last(said.state) if self._remembers_advice else None
+        utterances = ()
+        if said.terminated or not self.method.needs_mentor():
+            utterances = self._respond(NO_ACTION)
+        elif known:
+            utterances = self._respond(known.action)
+        return utterances + self.hear_recommendation(early) if early else utterances
 
-    def _forget_the_turn(self):
-        self._answered, self._answer = NOT_YET, None
-        self._asked, self._previous, self._heard = None, None, {}
+    def _respond(self, advice):
+        """Change the memory by the question that is open; return what is to be said."""
+        asked, self.asked = self.asked, None
+        self.told.append(Answered(*asked[1:7], advice))
+        self._turns.take(asked)
+        self._attention.committed = True
+        return self._respondent.respond(asked, advice)

@@ -2,14 +2,19 @@
 """The mentor in the conversation: a state in, a recommended action out."""
 
 from comply_ros.core.advising import Advising, WITHOUT_LIMIT
+from comply_ros.core.attention import Attention
 from comply_ros.core.dialogue import (
+    Action,
     grid_of,
-    problem_of_run,
-    problem_of_state,
+    Notice,
     Recommendation,
+    Refused,
+    StateReward,
     turn,
 )
 from comply_ros.core.grid import NO_ACTION
+from comply_ros.core.problems import problem_of_state, problem_of_world
+from comply_ros.core.turns import Turns
 from comply_ros.core.world import World
 
 
@@ -25,49 +30,69 @@ class MentorActor:
 
     Attributes
     ----------
-    world: the `World` that was described last, None before.
+    world: the `World` that it attends to, None before.
     policy: list of actions by state, None until there is one for this world.
     watches: whether it needs to hear the learner's actions.
+    remembers: whether what it says depends on what it was told, so that it must be kept.
+    told: what it was told that matters later, to be kept before an answer is said.
+    turns: states that were answered so far.
+    begins: True when its state does not follow from what it was told, and is to be kept whole.
 
     """
 
     def __init__(self, budget=WITHOUT_LIMIT, when='early'):
-        self.world = None
-        self.policy = None
-        self.watches = budget != WITHOUT_LIMIT and when == 'mistakes'
+        self.world, self.policy, self.told, self.begins = None, None, [], False
+        self.turns = 0
+        self.remembers = budget != WITHOUT_LIMIT
+        self.watches = self.remembers and when == 'mistakes'
         self._budget, self._when, self._advising = budget, when, None
-        self._run, self._held = None, None
-        self._forget_the_turn()
-
-    def _forget_the_turn(self):
-        self._asked, self._answer, self._acted = None, (), None
+        self._attention = Attention()
+        self._forget_the_run()
 
     def hear_world(self, said):
         """
-        Return whether this is another world, for which a policy is needed.
+        Return what is to be said about a world, and about what came before it.
+
+        The first world is attended to; see `Attention` for another one.
 
         Raises
         ------
         ValueError: if it cannot be a world.
 
         """
+        here = self.described
+        if here and said.run == here.run:
+            self._attention.silent = 0
+            return problem_of_world(said, here)
         grid = grid_of(said)
-        if said.run != self._run:
-            self._forget_the_turn()
-        self._run = said.run
-        if self.world is not None and self.world.grid == grid:
-            return False
-        self.world, self.policy = World(grid), None
-        return True
+        return self._attend(said, grid) if self._attention.prefers(said) else ()
+
+    def look(self):
+        """Return what is to be said if the world is silent and another asks; once a second."""
+        instead = self._attention.look()
+        self._turns.look()
+        return self._attend(instead, grid_of(instead)) if instead else ()
+
+    @property
+    def described(self):
+        """The `WorldDescription` of the world that is attended to, None before."""
+        return self._attention.described
 
     def waits_for(self):
         """Text of what this mentor needs before it can go on; None where it has it all."""
         return 'a world: is a grid_world running?' if self.world is None else None
 
-    def use(self, policy):
-        """Advise by `policy[s]` from now on; return what is to be said about a held state."""
+    def use(self, policy, kept=None):
+        """
+        Advise by `policy[s]` from now on; return what is to be said about a state that waited.
+
+        kept: what `state` gave before, and what was told since: (facts, arrays, told), or None.
+        """
         self.policy = policy.tolist()
         self._advising = Advising(self.world, policy, self._budget, self._when)
+        self.begins = True
+        if kept:
+            self._restore(*kept)
         return self.hear_held()
 
     def hear_held(self):
@@ -77,42 +102,34 @@ class MentorActor:
 
     def hear_state(self, said):
         """Return the `Recommendation` for a state; none where the episode is over."""
-        if self.policy is None or said.run != self._run or self._must_see_first(said):
-            if not self._held or said.run != self._held.run or turn(said) > turn(self._held):
+        attention = self._attention
+        if said.run != attention.run:
+            return attention.hold(self.hear_state, said, 'a state')
+        if attention.held:
+            return (*attention.refuse_held(), *self.hear_state(said))
+        attention.silent = 0
+        if self.policy is None or self._must_see_first(said):
+            if not self._held or turn(said) > turn(self._held):
                 self._held = said
             return ()
-        if self._held and self._held.run != self._run:  # the world here goes on without it
-            held, self._held = self._held, None
-            return (problem_of_run(held, self._run, 'a state'), *self.hear_state(said))
         if self._held and turn(said) >= turn(self._held):
             self._held = None
         problem = problem_of_state(said, self.world)
-        if problem:
-            return (problem,)
-        if said.terminated:
-            return ()
-        if self.watches and self._asked and turn(said) <= turn(self._asked):
-            return self._answer if turn(said) == turn(self._asked) else ()
-        self._asked = said
-        self._answer = (Recommendation(said.run, said.episode, said.step, said.state,
-                                       self._advising.advise(said.state)),)
-        return self._answer
+        if problem or said.terminated:
+            return (problem,) if problem else ()
+        return self._hear_in_turn(said) if self.watches else self._advise(said)
 
     def hear_action(self, said):
         """Remember what the learner did; return what is to be said about a state that waited."""
         asked = self._asked
-        if asked is None or said.run != self._run or turn(said) != turn(asked) \
+        if asked is None or said.run != self._attention.run or turn(said) != turn(asked) \
                 or turn(said) == self._acted:
             return ()
         self._acted = turn(said)
+        self.told.append(said)
         if said.action in range(4):
             self._advising.watch(asked.state, said.action)
         return self.hear_held()
-
-    def _must_see_first(self, said):
-        """Tell whether what the learner did in the last state matters, and is not known yet."""
-        return (self.watches and self._asked is not None and turn(said) > turn(self._asked)
-                and self._acted != turn(self._asked))
 
     def advice(self, state):
         """
@@ -128,3 +145,78 @@ class MentorActor:
         if not 0 <= state < len(self.policy):
             raise ValueError(f'a state must lie in [0, {len(self.policy) - 1}], got {state}')
         return self.policy[state] if self.world.free[state] else NO_ACTION
+
+    def state(self):
+        """Return all that it needs to go on later: facts that JSON can write, and arrays."""
+        facts = {'run': self._attention.run, 'asked': self._asked, 'acted': self._acted,
+                 'answer': self._answer}
+        return facts, {name: getattr(self._advising, name) for name in ('told', 'left', 'did')}
+
+    def _restore(self, facts, arrays, told):
+        """Change into what a state was; then hear again what was told since."""
+        for name, array in arrays.items():
+            getattr(self._advising, name)[...] = array
+        self._answer = tuple(Recommendation(*each) for each in facts['answer'])
+        self._asked = facts['asked'] and StateReward(*facts['asked'])
+        self._acted = facts['acted'] and tuple(facts['acted'])
+        if self._asked:
+            self._turns.take(self._asked)
+        for each in told:
+            self._hear_again(each)
+        self.told.clear()
+        self.begins, self._turns.may_lack = facts['run'] != self._attention.run, True
+        if self.begins:
+            held = self._held
+            self._forget_the_run()
+            self._held = held
+
+    def _hear_again(self, told):
+        """Change by one thing that was told before, as it was changed then."""
+        if type(told) is Action:
+            self._acted = turn(told)
+            if told.action in range(4):
+                self._advising.watch(self._asked.state, told.action)
+        else:
+            self._advise(told)
+
+    def _attend(self, said, grid):
+        """Change into a mentor in this world; return a `Notice`, and what came early."""
+        held = self._attention.attend(said)
+        self._forget_the_run()
+        if self.world is None or self.world.grid != grid:
+            self.world, self.policy = World(grid), None
+        self.begins = self.policy is not None
+        return (Notice(f'attends to world {said.name!r}, run {said.run}'),
+                *(answer for hear, message in held for answer in hear(message)))
+
+    def _forget_the_run(self):
+        self._asked, self._answer, self._acted, self._held = None, (), None, None
+        self._turns = Turns(sees_ends=False)
+
+    def _hear_in_turn(self, said):
+        """Return the `Recommendation`: the same for a repeated state, none for an older one."""
+        if self._asked and turn(said) <= turn(self._asked):
+            if turn(said) < turn(self._asked):
+                return (self._turns.too_late(turn(said)),)
+            return self._answer
+        remark = self._turns.remark(said, self.world)
+        if type(remark) is Refused:
+            return (remark,)
+        return (remark, *self._advise(said)) if remark else self._advise(said)
+
+    def _advise(self, said):
+        """Return the `Recommendation` for a state, which may cost one of the budget."""
+        left = self._advising.left[0]
+        self._turns.take(said)
+        self.turns += 1
+        self._asked = said
+        self._answer = (Recommendation(said.run, said.episode, said.step, said.state,
+                                       self._advising.advise(said.state)),)
+        if self.watches or self._advising.left[0] != left:
+            self.told.append(said)
+        return self._answer
+
+    def _must_see_first(self, said):
+        """Tell whether what the learner did in the last state matters, and is not known yet."""
+        return (self.watches and self._asked is not None and turn(said) > turn(self._asked)
+                and self._acted != turn(self._asked))

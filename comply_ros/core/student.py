@@ -9,6 +9,10 @@ from comply_ros.core.memory import Memory, TEMPERATURE
 from comply_ros.core.outcomes import end_episode
 from comply_ros.core.training import mean_return
 
+# What it is besides its memory.
+FACTS = ('iterations_done', 'steps', 'finished', '_seen_whole', '_return', '_returns', '_weighed',
+         '_trusted')
+
 
 class Student:
     """
@@ -80,6 +84,21 @@ class Student:
         cool(progress.mean_return, self._numbers, self.memory.schedule)
         self._begin_iteration()
         return progress
+
+    def state(self):
+        """Return facts that JSON can write, and the arrays of the memory by name."""
+        facts = {name: getattr(self, name) for name in FACTS}
+        return facts, dict(zip(self.memory.__dataclass_fields__, self.memory.arrays()))
+
+    def restore(self, facts, arrays):
+        """Change into what a state was; raises ValueError where an array does not fit."""
+        for name in FACTS:
+            setattr(self, name, facts[name])
+        for name, array in zip(self.memory.__dataclass_fields__, self.memory.arrays()):
+            if arrays[name].shape != array.shape:
+                raise ValueError(f'{name} must have the shape {array.shape}, '
+                                 f'got {arrays[name].shape}')
+            array[...] = arrays[name]
 
     def _progress(self):
         return Progress(

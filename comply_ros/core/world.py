@@ -22,6 +22,7 @@ class World:
     free: `free[s]`, bool: True where an agent can come to stand and act. A free cell from which
         no way leads to a goal is none: no way leads there from a start either.
     starts: int32: the states in which an episode can begin.
+    begins: `begins[s]`, bool: whether s is one of them.
 
     """
 
@@ -30,10 +31,10 @@ class World:
         cells = np.frombuffer(grid.cells.encode(), dtype='S1')
         self.terminal = cells == GOAL.encode()
         self.obstacle = cells == OBSTACLE.encode()
-        self.free = np.zeros(len(cells), dtype=bool)
-        self.free[list(grid.arriving)] = True
-        self.free &= ~self.terminal
+        self.free = grid.arriving & ~self.terminal
         self.starts = np.array(grid.starts, dtype=np.int32)
+        self.begins = np.zeros(len(cells), dtype=bool)
+        self.begins[self.starts] = True
         self.successor = np.full((len(cells), len(STEPS)), -1, dtype=np.int32)
         self.reward = np.zeros((len(cells), len(STEPS)))
         for action in range(len(STEPS)):
@@ -52,6 +53,10 @@ class World:
         earned = np.where(self.terminal[target], grid.goal_reward, grid.step_reward)
         self.reward[:, action] = np.where(bumps, grid.obstacle_reward, earned)
         self.successor[:, action] = np.where(exists, np.where(bumps, s, target), NO_ACTION)
+
+    def leads(self, s, s2):
+        """Tell whether some move leads from s to s2."""
+        return s2 in self.successor[s].tolist()
 
     @property
     def available(self):

@@ -1,15 +1,36 @@
 # SPDX-License-Identifier: Apache-2.0
 """The grid world in the conversation: an action in, the next state out."""
 
-from comply_ros.core.dialogue import describe, Episode, problem_of_run, Refused, StateReward, turn
+from collections import Counter, deque
+
+from comply_ros.core.dialogue import (
+    ANYONE,
+    Aside,
+    describe,
+    Dropped,
+    Episode,
+    grid_of,
+    Refused,
+    REPORTS,
+    StateReward,
+    turn,
+)
 from comply_ros.core.draws import Draws, streams
 from comply_ros.core.grid import NO_ACTION
+from comply_ros.core.problems import problem_of_confidence, problem_of_run
 from comply_ros.core.world import first_state, taken_action, World
+
+RELEASE = 3.0  # seconds without a sign of its learner after which a run takes any learner
+REMARKS = 4  # times that another world is answered; one that is still there then is no ghost
+OTHERS = 64  # other worlds that are told apart
 
 
 class WorldActor:
     """
     Asks one question at a time: the current state. An answer to it brings the next.
+
+    The first learner that answers keeps the run: others are refused. Of two worlds on the same
+    topics the one that is answered goes on, or else the one that began first.
 
     Parameters
     ----------
@@ -17,25 +38,74 @@ class WorldActor:
     name: what to call it.
     run: number that tells this run from every other.
     seed: of starts and slips.
+    began: when the run began, in seconds since 1970.
+
+    Attributes
+    ----------
+    description: the `WorldDescription`.
+    question: the `StateReward` that is open.
+    signs: how often the learner gave a sign of life without an answer.
+    told: the `Action` that was taken and is to be kept before the next question is said.
+    begins: True when its state does not follow from what it was told, and is to be kept whole.
+    aside: whether another world has these topics.
+    reports: the last `Episode` said.
 
     """
 
-    def __init__(self, grid, name, run, seed):
-        self._world = World(grid)
+    def __init__(self, grid, name, run, seed, began=0.0):
+        self._world, self._seed = World(grid), seed
         self._draws = Draws(streams(seed)[0], 1)
         self._limit, self._intended = grid.step_limit, float(grid.intended)
         self._successor = memoryview(self._world.successor)
         self._reward = memoryview(self._world.reward)
         self._slips = memoryview(self._world.slips)
         self._starts, self._terminal = grid.starts, self._world.terminal.tolist()
-        self.description = describe(grid, name, run)
-        self._total = 0.0
+        self.description = describe(grid, name, run, began)
+        self.told, self.begins, self.aside, self.signs = [], True, False, 0
+        self.reports = deque(maxlen=REPORTS)
+        self._total, self._learner, self._others = 0.0, ANYONE, Counter()
         self.question = self._begin(episode=1)
+
+    @property
+    def turns(self):
+        """States that were said so far."""
+        return self._draws.used
 
     def waits_for(self):
         """Text of what this world needs before it can go on."""
         return (f'an action in turn {turn(self.question)}: is a learner running, or has it '
                 'finished?')
+
+    def hear_world(self, said):
+        """
+        Return what is to be said about a world that speaks on the topics of this one.
+
+        This one is said again: a world that is alive answers that, one that is gone does not.
+
+        Raises
+        ------
+        ValueError: if it cannot be a world.
+
+        """
+        mine = self.description
+        if said.run == mine.run or self.aside:
+            return ()
+        grid_of(said)
+        times = self._others[said.run] + 1
+        if times > REMARKS or len(self._others) >= OTHERS and times == 1:
+            return ()
+        self._others[said.run] = times
+        answered = turn(self.question) != (1, 0)
+        first = answered or (mine.began, mine.run) < (said.began, said.run)
+        if first and (answered or times < REMARKS):
+            return (Refused('another world', f'run {said.run} of another world speaks here too: '
+                            'it is told to stand aside'), mine)
+        if times == 1:
+            return (mine,)
+        self.aside = True
+        return (Aside(f'another world, {said.name!r}, came first and keeps these topics for its '
+                      f'run {said.run}: this one stands aside; end it, or give it a namespace '
+                      'of its own'),)
 
     def hear_action(self, said):
         """
@@ -44,32 +114,90 @@ class WorldActor:
         An answer to an earlier question is dropped; one that cannot be right is `Refused`.
         """
         asked = self.question
-        if said.run != asked.run:
-            return (problem_of_run(said, asked.run, 'an action'),)
-        if turn(said) < turn(asked):
+        if self.aside:
             return ()
-        if turn(said) > turn(asked):
-            return (Refused('answer to no question', f'an action must answer turn {turn(asked)}, '
-                            f'got {turn(said)}'),)
+        problem = self._problem_of_speaker(said)
+        if problem:
+            return (problem,)
+        if turn(said) < turn(asked):
+            self.signs += 1
+            return (Dropped('action too late', f'dropped an action of turn {turn(said)}: it came '
+                            'late, or twice'),)
+        problem = self._problem_of_action(said, asked)
+        if problem:
+            return (problem,)
+        self._learner = said.learner
+        self.told.append(said)
         if asked.terminated or asked.truncated:
-            return self._after_the_end(said)
-        if not 0 <= said.action < 4 or self._successor[asked.state, said.action] < 0:
-            return (Refused('action not available', 'an action must be one that the cell has, '
-                            f'got {said.action} in state {asked.state}'),)
+            self.question = self._begin(asked.episode + 1)
+            return (self.question,)
         return self._move(said.action)
+
+    def ask_again(self, silence):
+        """
+        Return the question again, which had no answer and no sign of the learner for so long.
+
+        silence: in seconds. After a while any learner may answer, and the world is said again too.
+        """
+        if self.aside:
+            return ()
+        if silence < RELEASE:
+            return (self.question,)
+        self._learner = ANYONE
+        self.question = self.question._replace(learner=ANYONE)
+        return (self.description, self.question)
+
+    def state(self):
+        """Return all that it needs to go on later: facts that JSON can write, and no arrays."""
+        return {'run': self.description.run, 'began': self.description.began,
+                'draws': self._draws.used, 'question': self.question, 'total': self._total,
+                'learner': self._learner, 'reports': list(self.reports)}, {}
+
+    def restore(self, facts, arrays, told):
+        """Change into what a state was, then move again by what was told since."""
+        self.description = self.description._replace(run=facts['run'], began=facts['began'])
+        self._draws = Draws(streams(self._seed)[0], 1)
+        self._draws.skip_to(facts['draws'])
+        self.question, self._total = StateReward(*facts['question']), facts['total']
+        self._learner = facts['learner']
+        self.reports.extend(Episode(*each) for each in facts['reports'])
+        for each in told:
+            self.hear_action(each)
+        self.told.clear()
+        self.begins = False
+
+    def recall(self):
+        """Return what is to be said at the start: the world, all reports, and the question."""
+        return (self.description, *self.reports, self.question)
+
+    def _problem_of_speaker(self, said):
+        """`Refused` for an action of another run or of another learner, or None."""
+        if said.run != self.question.run:
+            return problem_of_run(said, self.question.run, 'an action')
+        if said.learner != self._learner != ANYONE:
+            return Refused('another learner', f'an action must come from learner {self._learner}, '
+                           f'which keeps this run, got {said.learner}: is there a second one?')
+        return None
+
+    def _problem_of_action(self, said, asked):
+        """`Refused` for an `Action` that cannot be an answer to the question, or None."""
+        if turn(said) > turn(asked):
+            return Refused('answer to no question', f'an action must answer turn {turn(asked)}, '
+                           f'got {turn(said)}')
+        if asked.terminated or asked.truncated:
+            if said.action != NO_ACTION:
+                return Refused('action after the end', 'the episode is over: the action must be '
+                               f'{NO_ACTION}, got {said.action}')
+        elif not 0 <= said.action < 4 or self._successor[asked.state, said.action] < 0:
+            return Refused('action not available', 'an action must be one that the cell has, '
+                           f'got {said.action} in state {asked.state}')
+        return problem_of_confidence(said)
 
     def _begin(self, episode):
         self._total = 0.0
         u, = self._draws.row()
         return StateReward(self.description.run, episode, 0, first_state(u, self._starts), 0.0,
-                           False, False)
-
-    def _after_the_end(self, said):
-        if said.action != NO_ACTION:
-            return (Refused('action after the end', f'the episode is over: the action must be '
-                            f'{NO_ACTION}, got {said.action}'),)
-        self.question = self._begin(self.question.episode + 1)
-        return (self.question,)
+                           False, False, self._learner)
 
     def _move(self, action):
         run, episode, step, s, *_ = self.question
@@ -79,8 +207,9 @@ class WorldActor:
         self._total += reward
         terminated = self._terminal[s2]
         truncated = not terminated and step == self._limit
-        self.question = StateReward(run, episode, step, s2, reward, terminated, truncated)
-        if terminated or truncated:
-            return (Episode(run, episode, step, self._total, terminated, truncated),
-                    self.question)
-        return (self.question,)
+        self.question = StateReward(run, episode, step, s2, reward, terminated, truncated,
+                                    self._learner)
+        if not (terminated or truncated):
+            return (self.question,)
+        self.reports.append(Episode(run, episode, step, self._total, terminated, truncated))
+        return (self.reports[-1], self.question)

@@ -3,18 +3,21 @@
 
 from pathlib import Path
 import secrets
+import time
 
 from rcl_interfaces.msg import SetParametersResult
 
-from comply_ros.core.dialogue import Refused
+from comply_ros.core.dialogue import Action, Dropped, Refused, turn
 from comply_ros.core.grid import MapError
 from comply_ros.core.world_actor import WorldActor
-from comply_ros.nodes.actor_node import ActorNode, run_node
+from comply_ros.nodes.actor_node import ActorNode
 from comply_ros.nodes.parameters import MAP, ParameterError, PROFILE, RATE, SEED, SLOWEST
+from comply_ros.nodes.running import run_node
 from comply_ros.nodes.topics import ACTION, EPISODE, STATE, WORLD
+from comply_ros.session.keeping import StateError
 from comply_ros.session.maps import read_map
 
-REPEAT = 1.0  # seconds after which an unanswered question is repeated
+FIRST_PAUSE, LONGEST_PAUSE = 0.02, 5.0  # seconds before an unanswered question is said again
 
 
 class GridWorld(ActorNode):
@@ -23,24 +26,40 @@ class GridWorld(ActorNode):
     def __init__(self, **kwargs):
         super().__init__('grid_world', **kwargs)
         name, profile, seed = (self.declare(each) for each in (MAP, PROFILE, SEED))
-        self.actor = WorldActor(read_map(name, profile), Path(name).stem,
-                                run=secrets.randbits(32), seed=seed)
+        grid = read_map(name, profile)
+        self.actor = WorldActor(grid, Path(name).stem, secrets.randbits(32), seed, time.time())
+        kept = self.recall({'map': grid.sha256, 'seed': seed}, (Action,))
+        if kept:
+            self.actor.restore(*kept)
+            self.get_logger().info(f'goes on at turn {turn(self.actor.question)}')
         for topic in (WORLD, STATE, EPISODE):
             self.speaks_on(topic)
         self.listens_to(ACTION, self.hear_action)
+        self.listens_to(WORLD, self.hear_world)
         self._held, self._timer = (), None
-        self._repeated = None
-        self.create_timer(REPEAT, self._repeat)
+        self._open, self._since, self._wait, self._next = None, 0.0, FIRST_PAUSE, 0.0
+        self.create_timer(FIRST_PAUSE, self._repeat)
         check_rate(self.declare(RATE))
         self.add_on_set_parameters_callback(self._check_pace)
         self.add_post_set_parameters_callback(self._pace)
         self._pace([self.get_parameter('rate')])
-        self.say((self.actor.description, self.actor.question))
+        self.answer(self.actor.recall())
+
+    def hear_world(self, said):
+        """Return what is to be said about another world on the same topics."""
+        try:
+            return self.actor.hear_world(said)
+        except ValueError as error:
+            return (Refused('not a world', f'a world must be whole: {error}'),)
+
+    def look(self):
+        """Return nothing: this node leads, and repeats its question on a clock of its own."""
+        return ()
 
     def hear_action(self, said):
         """Return what follows from an action: at once, or on the next tick of the rate."""
         utterances = self.actor.hear_action(said)
-        if self._timer is None or not utterances or isinstance(utterances[0], Refused):
+        if self._timer is None or not utterances or type(utterances[0]) in (Refused, Dropped):
             return utterances
         self._held = utterances
         return ()
@@ -65,14 +84,19 @@ class GridWorld(ActorNode):
                     self._say_held()
 
     def _repeat(self):
-        """Ask again what was not answered for a while; who has heard it drops it."""
-        if self.actor.question is self._repeated and not self._held:
-            self.say((self._repeated,))
-        self._repeated = self.actor.question
+        """Ask again what was not answered, with growing pauses; who has heard it drops it."""
+        now, opened = time.monotonic(), (turn(self.actor.question), self.actor.signs)
+        if opened != self._open or self._held or self.paused:
+            self._open, self._since, self._wait = opened, now, FIRST_PAUSE
+            self._next = now + FIRST_PAUSE
+        elif now >= self._next:
+            self._wait = min(2.0 * self._wait, LONGEST_PAUSE)
+            self._next = now + self._wait
+            self.say(self.actor.ask_again(now - self._since))
 
     def _say_held(self):
         held, self._held = self._held, ()
-        self.say(held)
+        self.answer(held)
 
 
 def check_rate(rate):
@@ -90,4 +114,4 @@ def check_rate(rate):
 
 def main(argv):
     """Run the node; return the exit code."""
-    return run_node(GridWorld, argv, (ParameterError, MapError))
+    return run_node(GridWorld, argv, (ParameterError, MapError, StateError))

@@ -1,19 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """The node that learns."""
 
-from dataclasses import replace
+from dataclasses import asdict, replace
+import secrets
 import time
 
 from comply_msgs.srv import Save
 
 from comply_ros.core.compliance import confidences
-from comply_ros.core.dialogue import Progress, Refused
+from comply_ros.core.dialogue import Answered, Dropped, Progress, Recommendation, Refused
 from comply_ros.core.learner_actor import LearnerActor
 from comply_ros.core.method import MethodError
 from comply_ros.core.methods import find_method
 from comply_ros.core.planning import greedy
-from comply_ros.nodes.actor_node import ActorNode, run_node
+from comply_ros.nodes.actor_node import ActorNode
 from comply_ros.nodes.parameters import (
+    ADVICE_TIMEOUT,
     field_parameters,
     MAP_PERIOD,
     METHOD,
@@ -22,6 +24,7 @@ from comply_ros.nodes.parameters import (
     REMEMBERS_ADVICE,
     SEED,
 )
+from comply_ros.nodes.running import run_node
 from comply_ros.nodes.topics import (
     ACTION,
     POLICY,
@@ -34,6 +37,7 @@ from comply_ros.nodes.topics import (
     Trust,
     WORLD,
 )
+from comply_ros.session.keeping import StateError
 from comply_ros.session.results import save_learning
 
 
@@ -45,22 +49,33 @@ class Learner(ActorNode):
         name, profile, seed = (self.declare(each) for each in (METHOD, PROFILE, SEED))
         row = find_method(name, profile)
         fields = {each.name: self.declare(each) for each in field_parameters(row)}
-        self.actor = LearnerActor(replace(row, **fields), seed, self.declare(REMEMBERS_ADVICE))
+        method, remembers = replace(row, **fields), self.declare(REMEMBERS_ADVICE)
+        self.actor = LearnerActor(method, seed, remembers, 1 + secrets.randbelow(2 ** 32 - 1))
         self._map_period, self._map_time = self.declare(MAP_PERIOD), float('-inf')
+        self._restore({**asdict(method), 'seed': seed, 'remembers_advice': remembers})
         for topic in (ACTION, PROGRESS, TRUST, POLICY):
             self.speaks_on(topic)
-        self.create_service(Save, SAVE, self.save)
+        self.serves(Save, SAVE, self.save)
         self.listens_to(WORLD, self.hear_world)
         self.listens_to(STATE, self.hear_state)
-        if self.actor.method.needs_mentor():
+        self._asked, self._since = None, 0.0
+        self._timeout = self.declare(ADVICE_TIMEOUT)
+        if method.needs_mentor():
             self.listens_to(RECOMMENDATION, self.hear_recommendation)
+        if method.needs_mentor() and self._timeout:
+            self.create_timer(min(0.1, self._timeout / 5.0), self._stop_waiting)
+        self._say_what_was_kept()
 
     def hear_world(self, said):
         """Return what is to be said about a world, and about a state that came before it."""
         try:
-            return self.actor.hear_world(said)
+            return self._in_its_world(self.actor.hear_world(said))
         except ValueError as error:
             return (Refused('not a world', f'a world must be whole: {error}'),)
+
+    def look(self):
+        """Return what is to be said if another world is attended to now."""
+        return self._in_its_world(super().look())
 
     def hear_state(self, said):
         """Return the action in a state, and the maps when an iteration ends."""
@@ -87,14 +102,62 @@ class Learner(ActorNode):
         response.success, response.digest = True, self.actor.memory.digest()
         return response
 
+    def words(self):
+        """How it is while all is well."""
+        return 'has finished' if self.actor.finished else 'runs'
+
+    def _restore(self, identity):
+        """Go on from what was kept, if anything was."""
+        kept = self.recall(identity, (Answered, Recommendation))
+        if kept:
+            self.actor.restore(*kept)
+            self.get_logger().info(
+                f'goes on after {self.actor.student.steps} steps, {len(kept[2])} records of them '
+                f'learned again from the journal')
+        self._home = self.actor.described.sha256 if kept else None
+
+    def _say_what_was_kept(self):
+        if self._home is None:
+            return
+        self.say(self.actor.recall())
+        self.say(self._maps(self.actor.described.run))
+        if self.actor.finished:
+            self._tell_finished()
+
+    def _in_its_world(self, utterances):
+        """Return the utterances; where a state is kept of another world, none, and end."""
+        described = self.actor.described
+        if self.keeper is None or described is None:
+            return utterances
+        if self._home not in (None, described.sha256):
+            self.mistake = StateError(
+                f'state_dir keeps what was learned in another world than {described.name!r}, '
+                f'which is here now: give another state_dir to begin anew')
+            return ()
+        self._home = described.sha256
+        return utterances
+
+    def _stop_waiting(self):
+        """Go on without advice where the mentor has been silent for too long."""
+        now, asked = time.monotonic(), self.actor.asked
+        if asked is not self._asked or asked is None or self.paused:
+            self._asked, self._since = asked, now
+        elif now - self._since >= self._timeout:
+            self.answer((Dropped('no advice in time', f'no recommendation came within '
+                                 f'{self._timeout} s: goes on as without advice'),
+                         *self._with_maps(self.actor.go_without_advice())))
+
+    def _tell_finished(self):
+        self.get_logger().info(f'finished {self.actor.method.iterations} iterations, '
+                               f'digest {self.actor.memory.digest()}')
+
     def _with_maps(self, utterances):
         """Return the utterances, with maps after a `Progress` if they are due."""
         if not utterances or type(utterances[-1]) is not Progress:
             return utterances
         progress = utterances[-1]
         if progress.finished:
-            self.get_logger().info(f'finished {progress.iterations} iterations, '
-                                   f'digest {self.actor.memory.digest()}')
+            self._tell_finished()
         elif time.monotonic() - self._map_time < self._map_period:
             return utterances
         self._map_time = time.monotonic()
@@ -110,4 +173,4 @@ class Learner(ActorNode):
 
 def main(argv):
     """Run the node; return the exit code."""
-    return run_node(Learner, argv, (ParameterError, MethodError))
+    return run_node(Learner, argv, (ParameterError, MethodError, StateError))

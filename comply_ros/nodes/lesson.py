@@ -6,6 +6,7 @@ import fcntl
 import os
 from pathlib import Path
 import re
+import shutil
 import sys
 import tempfile
 import time
@@ -29,6 +30,8 @@ from comply_ros.session.screen import progress_bar, words
 
 NODES = ('grid_world', 'mentor', 'learner')
 LOOK = 0.1  # seconds between looks at whether the nodes live
+STATE = 'state'  # folder beside the results where the nodes of `--respawn` keep theirs
+SAVING = 10.0  # seconds after which a learner that does not answer is asked again to save
 DISCOVERY = 1.0  # seconds in which others on the same topics are found
 
 
@@ -36,11 +39,12 @@ def parameters(options):
     """Parameters of the three nodes, as a table for a parameter file."""
     row = {name: getattr(options.row, name) for name in FIELDS}
     common = {'profile': options.profile, 'seed': options.seed}
+    keeps = {'state_dir': str((options.out / STATE).resolve())} if options.rest.respawn else {}
     return {
-        'grid_world': {'map': _absolute(options.map_name), **common},
+        'grid_world': {'map': _absolute(options.map_name), **common, **keeps},
         'mentor': {'mentor': _absolute_mentor(options), 'seed': options.mentor_seed,
-                   'budget': options.budget, 'advising': options.advising},
-        'learner': {'method': options.method, **common, **row,
+                   'budget': options.budget, 'advising': options.advising, **keeps},
+        'learner': {'method': options.method, **common, **row, **keeps,
                     'remembers_advice': not (options.budget and options.advising == 'mistakes')}}
 
 
@@ -70,6 +74,7 @@ def _absolute_mentor(options):
 def running(options):
     """Run the three nodes as processes that end with the block, whatever happens in it."""
     arguments = ['--params-file', str(write_parameters(options))]
+    shutil.rmtree(options.out / STATE, ignore_errors=True)  # of an earlier lesson
     if options.rest.namespace:
         arguments += ['-r', f'__ns:=/{options.rest.namespace.strip("/")}']
     if options.rest.rate:
@@ -93,6 +98,8 @@ def main(argv):
                         help='of the three nodes, for a second lesson at the same time')
     parser.add_argument('--rate', type=float, default=0.0, metavar='HZ',
                         help='steps per second, to watch; 0: as fast as it goes (default)')
+    parser.add_argument('--respawn', action='store_true',
+                        help='start a node again that was killed: nothing is lost')
     return main_with(parser, run, argv)
 
 
@@ -124,13 +131,15 @@ def hold(options, stop):
         task = bar.add_task(options.method, total=options.row.iterations, now='looks around')
         observer = Observer(options.rest.namespace, lambda said: bar.update(
             task, completed=said.iteration,
-            now=words(said.mean_return, said.confidence, observer.rate(said))))
+            now=words(said.mean_return, said.confidence, observer.rate())))
         executor = SingleThreadedExecutor()
         executor.add_node(observer)
         make_sure_to_be_alone(observer, executor, stop)
         bar.update(task, now='starts')
         with running(options) as processes:
-            return watch(options, observer, executor, processes, stop)
+            observer.follow(processes)
+            return watch(options, observer, executor, processes, stop,
+                         lambda text: bar.update(task, now=text))
 
 
 @contextmanager
@@ -169,25 +178,40 @@ def make_sure_to_be_alone(observer, executor, stop):
             raise LessonFailed(TAKEN)
 
 
-def watch(options, observer, executor, processes, stop):
+def watch(options, observer, executor, processes, stop, tell):
     """Return the mentor's advice and the outcome, when the learner has finished and saved."""
 
     def spin_until(reached):
         while not reached():
             check(stop)
             for process in processes:
-                process.check()
-            if observer.speakers() > 1:
-                raise LessonFailed(TAKEN)
+                process.respawn() if options.rest.respawn else process.check()
             executor.spin_once(timeout_sec=LOOK)
+            if observer.words:
+                tell('; '.join(observer.words.values()))
     spin_until(lambda: observer.began)
     spin_until(lambda: observer.progress and observer.progress[-1].finished)
     seconds = time.monotonic() - observer.began
-    saved = observer.save((options.out / 'learning.npz').resolve())
-    spin_until(saved.done)
-    if not saved.result().success:
-        raise LessonFailed(f'the learner could not save: {saved.result().message}')
+    saved = save(observer, (options.out / 'learning.npz').resolve(), spin_until)
     return observer.advice, {
         'seed': options.seed, 'returns': [said.mean_return for said in observer.progress],
-        'steps': observer.progress[-1].steps, 'wall_seconds': seconds,
-        'digest': saved.result().digest}
+        'steps': observer.progress[-1].steps, 'wall_seconds': seconds, 'digest': saved.digest}
+
+
+def save(observer, path, spin_until):
+    """
+    Return what the learner says when it has written all that it learned.
+
+    Raises
+    ------
+    LessonFailed: if it cannot.
+
+    """
+    while True:
+        saved, end = observer.save(path), time.monotonic() + SAVING
+        spin_until(lambda: saved.done() or time.monotonic() > end)
+        if saved.done():
+            break  # else it was killed meanwhile, and is asked again
+    if not saved.result().success:
+        raise LessonFailed(f'the learner could not save: {saved.result().message}')
+    return saved.result()

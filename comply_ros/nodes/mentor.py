@@ -2,17 +2,18 @@
 """The node that serves recommended actions."""
 
 from concurrent.futures import Future
+import hashlib
 from threading import Thread
 
 from comply_msgs.srv import Recommend
 
-from comply_ros.core.dialogue import Refused
+from comply_ros.core.dialogue import Action, Refused, StateReward
 from comply_ros.core.grid import NO_ACTION
 from comply_ros.core.mentor_actor import MentorActor
 from comply_ros.core.mentors import MentorError
 from comply_ros.core.planning import PlanningError
 from comply_ros.core.policy import PolicyError
-from comply_ros.nodes.actor_node import ActorNode, run_node
+from comply_ros.nodes.actor_node import ActorNode
 from comply_ros.nodes.parameters import (
     ADVISING,
     BUDGET,
@@ -20,6 +21,7 @@ from comply_ros.nodes.parameters import (
     MENTOR_SEED,
     ParameterError,
 )
+from comply_ros.nodes.running import run_node
 from comply_ros.nodes.topics import (
     ACTION,
     MENTOR_POLICY,
@@ -29,6 +31,7 @@ from comply_ros.nodes.topics import (
     STATE,
     WORLD,
 )
+from comply_ros.session.keeping import StateError
 from comply_ros.session.mentors import is_slow, mentor_policy, read_spec
 
 POLL = 0.02  # seconds between looks at a mentor that is being generated
@@ -39,34 +42,28 @@ class Mentor(ActorNode):
 
     def __init__(self, **kwargs):
         super().__init__('mentor', **kwargs)
-        self._spec, self._seed = read_spec(self.declare(MENTOR)), self.declare(MENTOR_SEED)
+        self._mentor, self._seed = self.declare(MENTOR), self.declare(MENTOR_SEED)
+        self._spec = read_spec(self._mentor)
         self.actor = MentorActor(self.declare(BUDGET), self.declare(ADVISING))
-        self._generated, self._poll = None, None
+        self._generated, self._poll, self._mapped = None, None, None
         for topic in (RECOMMENDATION, MENTOR_POLICY):
             self.speaks_on(topic)
-        self.create_service(Recommend, RECOMMEND, self.recommend)
+        self.serves(Recommend, RECOMMEND, self.recommend)
         self.listens_to(WORLD, self.hear_world)
         self.listens_to(STATE, self.actor.hear_state)
         if self.actor.watches:
             self.listens_to(ACTION, self.actor.hear_action)
 
     def hear_world(self, said):
-        """Return the advice for a state that came early; begin to make a policy if one is due."""
+        """Return what is to be said about a world; begin to make a policy if one is due."""
         try:
-            is_new = self.actor.hear_world(said)
+            return self._with_map(self.actor.hear_world(said))
         except ValueError as error:
             return (Refused('not a world', f'a world must be whole: {error}'),)
-        self._described = said
-        if not is_new:  # known, and perhaps its policy is being generated already
-            known = self.actor.policy is not None
-            return (self._map_of_advice(said), *self.actor.hear_held()) if known else ()
-        if is_slow(self._spec, self.actor.world, self._seed):
-            self.get_logger().info('generating this mentor; it is remembered for the next start')
-        self._generated = in_background(
-            mentor_policy, self._spec, self.actor.world, self._seed)
-        if self._poll is None:
-            self._poll = self.create_timer(POLL, self._look)
-        return ()
+
+    def look(self):
+        """Return what is to be said if another world is attended to now."""
+        return self._with_map(super().look())
 
     def recommend(self, request, response):
         """Answer the service: the action for a state, or why there is none."""
@@ -76,7 +73,27 @@ class Mentor(ActorNode):
             response.action, response.success, response.message = NO_ACTION, False, str(error)
         return response
 
-    def _look(self):
+    def _with_map(self, utterances):
+        """Return the utterances, with the map of all advice if there is a new run."""
+        described = self.actor.described
+        if described is None or described.run == self._mapped:
+            return utterances
+        self._mapped = described.run
+        if self.actor.policy is None:
+            self._make_policy()
+            return utterances
+        return (self._map_of_advice(), *utterances, *self.actor.hear_held())
+
+    def _make_policy(self):
+        """Begin to make a policy in the background for the world that is attended to."""
+        if is_slow(self._spec, self.actor.world, self._seed):
+            self.get_logger().info('generating this mentor; it is remembered for the next start')
+        self._generated = in_background(
+            mentor_policy, self._spec, self.actor.world, self._seed)
+        if self._poll is None:
+            self._poll = self.create_timer(POLL, self._use_what_was_made)
+
+    def _use_what_was_made(self):
         """Use the policy as soon as it is generated."""
         if not self._generated.done():
             return
@@ -84,11 +101,29 @@ class Mentor(ActorNode):
         self._poll, self.mistake = None, self._generated.exception()
         if self.mistake:
             return
-        utterances = self.actor.use(self._generated.result())
-        self.get_logger().info(f'advises in world {self._described.name!r}')
-        self.say((self._map_of_advice(self._described), *utterances))
+        policy = self._generated.result()
+        try:
+            utterances = self.actor.use(policy, self._kept(policy))
+        except StateError as error:
+            self.mistake = error
+            return
+        self.get_logger().info(f'advises in world {self.actor.described.name!r}')
+        self.answer((self._map_of_advice(), *utterances))
 
-    def _map_of_advice(self, world):
+    def _kept(self, policy):
+        """Return what was kept of this mentor, None where nothing was or has to be."""
+        if not self.actor.remembers:
+            return None
+        if self.keeper:
+            self.keeper.close()
+        return self.recall({
+            'mentor': self._mentor, 'seed': self._seed, 'map': self.actor.described.sha256,
+            'budget': self.get_parameter('budget').value,
+            'advising': self.get_parameter('advising').value,
+            'policy': hashlib.sha256(policy.tobytes()).hexdigest()}, (StateReward, Action))
+
+    def _map_of_advice(self):
+        world = self.actor.described
         return Policy(world.run, world.width, world.height, self.actor.policy)
 
 
@@ -107,4 +142,5 @@ def in_background(function, *arguments):
 
 def main(argv):
     """Run the node; return the exit code."""
-    return run_node(Mentor, argv, (ParameterError, MentorError, PolicyError, PlanningError))
+    return run_node(Mentor, argv, (ParameterError, MentorError, PolicyError, PlanningError,
+                                   StateError))

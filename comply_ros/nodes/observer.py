@@ -1,16 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
 """Who watches a lesson from outside: a node that listens to what is reported."""
 
+from collections import deque
 import time
 
 from comply_msgs.srv import Save
+from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
 from rclpy.node import Node
 
+from comply_ros.core.dialogue import grid_of, REPORTS
+from comply_ros.nodes.health import OK, process_name, STANDS_ASIDE, TOPIC
 from comply_ros.nodes.topics import decoder, MENTOR_POLICY, PROGRESS, SAVE, WORLD
 
 TAKEN = ('other nodes speak on the topics of this lesson: end them, or give this one a '
          '--namespace of its own')
+PACE = 20  # iterations over which the steps per second are measured
+SHORTEST = 0.2  # seconds that they must have taken together
 
 
 class LessonFailed(RuntimeError):
@@ -19,33 +25,47 @@ class LessonFailed(RuntimeError):
 
 class Observer(Node):
     """
-    Listens to what is reported, and keeps it.
+    Listens to what is reported, and keeps it; what cannot belong to it is passed over.
+
+    Parameters
+    ----------
+    namespace: of the nodes.
+    on_progress: called with each `Progress`.
 
     Attributes
     ----------
     progress: list of `Progress`, one an iteration, without gaps.
     advice: `advice[s]` that the mentor published, None before.
     began: when world and mentor were both there, in seconds of the monotonic clock; None before.
+    words: what each node that is not well says of itself, by name.
 
     """
 
     def __init__(self, namespace, on_progress):
         super().__init__('lesson', namespace=namespace)
-        self.progress, self.advice, self.began = [], None, None
+        self.progress, self.advice, self.began, self.words = [], None, None, {}
+        self._world, self._early_policy, self._early = None, None, deque(maxlen=REPORTS)
+        self._pace = deque(maxlen=PACE)
+        self._processes = ()
         self._on_progress = on_progress
         for topic, hear in ((PROGRESS, self._hear_progress), (WORLD, self._hear_world),
                             (MENTOR_POLICY, self._hear_policy)):
             self._listen(topic, decoder(topic), hear)
-        self._described = False
+        self.create_subscription(DiagnosticArray, TOPIC, self._hear_health, 10)
         self._save = self.create_client(Save, SAVE)
 
     def _listen(self, topic, decode, hear):
         self.create_subscription(topic.message, topic.name,
                                  lambda message: hear(decode(message)), topic.qos)
 
-    def rate(self, said):
-        """Return the steps per second up to a `Progress`, None where they cannot be told."""
-        return said.steps / (time.monotonic() - self.began) if self.began else None
+    def follow(self, processes):
+        """Take the health of these nodes, which can be started again, for that of the lesson."""
+        self._processes = processes
+
+    def rate(self):
+        """Return the steps per second over the last iterations, None where they cannot be told."""
+        (first, before), (last, now) = self._pace[0], self._pace[-1]
+        return (now - before) / (last - first) if last - first > SHORTEST else None
 
     def save(self, path):
         """Ask the learner to write what it learned; return the future of its response."""
@@ -57,20 +77,57 @@ class Observer(Node):
                    for topic in (WORLD, PROGRESS))
 
     def _hear_world(self, said):
-        self._described = True
-        self._begin()
+        """Take the first world for that of the lesson, and hear what came before it."""
+        if self._world is not None or not is_world(said):
+            return
+        self._world = said
+        self._hear_policy(self._early_policy)
+        for each in self._early:
+            self._hear_progress(each)
 
     def _hear_policy(self, said):
-        self.advice = np.array(said.action, dtype=np.int8)
-        self._begin()
-
-    def _begin(self):
-        if self.began is None and self._described and self.advice is not None:
-            self.began = time.monotonic()
+        if self._world is None:
+            self._early_policy = said
+        elif said and said[:3] == (self._world.run, self._world.width, self._world.height) \
+                and len(said.action) == said.width * said.height:
+            self.advice = np.array(said.action, dtype=np.int8)
+            self.began = self.began or time.monotonic()
 
     def _hear_progress(self, said):
-        if said.iteration != len(self.progress) + 1:
-            raise LessonFailed(f'iteration {len(self.progress) + 1} must be reported next, '
-                               f'got iteration {said.iteration}: {TAKEN}')
+        """Take the next iteration; one that a restarted learner says again is known."""
+        if self._world is None:
+            self._early.append(said)
+            return
+        if said.run != self._world.run or said.iteration != len(self.progress) + 1:
+            return
         self.progress.append(said)
+        self._pace.append((time.monotonic(), said.steps))
         self._on_progress(said)
+
+    def _hear_health(self, said):
+        """
+        Remember what a node of this lesson says that is not well.
+
+        Raises
+        ------
+        LessonFailed: if it stands aside for another.
+
+        """
+        ours = {process_name(process.pid): process.name for process in self._processes}
+        for status in said.status:
+            name = ours.get(status.hardware_id)
+            if name is None:
+                continue
+            if status.message.startswith(STANDS_ASIDE):
+                raise LessonFailed(f'{name} {status.message}')
+            self.words.pop(name, None)
+            if status.level != OK:
+                self.words[name] = f'{name} {status.message}'
+
+
+def is_world(said):
+    """Tell whether a `WorldDescription` is whole."""
+    try:
+        return grid_of(said) is not None
+    except ValueError:
+        return False

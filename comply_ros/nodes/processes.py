@@ -6,12 +6,14 @@ from pathlib import Path
 import signal
 import subprocess
 import sys
+import time
 
 START = 'import sys; from comply_ros.entry import {0}; sys.argv[0] = "{0}"; sys.exit({0}())'
 CHILD = ('from comply_ros.session.interrupts import end_with_parent; end_with_parent({1}); '
          + START)
 LAST_LINES = 12
 PATIENCE = 5.0  # seconds that a node has to end after Ctrl-C
+AT_MOST, RECENT = 20, 10.0  # starts of a node in so many seconds; more are no kills but a defect
 
 
 class NodeDied(RuntimeError):
@@ -32,10 +34,17 @@ class NodeProcess:
 
     def __init__(self, name, arguments, folder):
         self.name, self.log = name, Path(folder) / f'{name}.log'
-        with self.log.open('wb') as output:
+        self._arguments, self._starts = arguments, []
+        self.log.write_bytes(b'')
+        self.start()
+
+    def start(self):
+        """Start the process; its output goes behind what is in its file."""
+        self._starts.append(time.monotonic())
+        with self.log.open('ab') as output:
             self._process = subprocess.Popen(
-                [sys.executable, '-P', '-c', CHILD.format(name, os.getpid()),
-                 '--ros-args', *arguments],
+                [sys.executable, '-P', '-c', CHILD.format(self.name, os.getpid()),
+                 '--ros-args', *self._arguments],
                 stdout=output, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL,
                 start_new_session=True)  # Ctrl-C is for the lesson, which then ends its nodes
 
@@ -57,6 +66,23 @@ class NodeProcess:
         if code is not None:
             raise NodeDied(f'{self.name} ended with {_code(code)}; its last lines:\n'
                            f'{self.last_lines()}')
+
+    def respawn(self):
+        """
+        Start the node again if it was killed.
+
+        Raises
+        ------
+        NodeDied: if it ended by itself, or was killed too often in too short a time.
+
+        """
+        code = self._process.poll()
+        if code is None:
+            return
+        self._starts = [start for start in self._starts if start > time.monotonic() - RECENT]
+        if code >= 0 or len(self._starts) > AT_MOST:
+            self.check()
+        self.start()
 
     def last_lines(self):
         """Return the end of what the node printed, indented."""

@@ -12,7 +12,7 @@ from comply_ros.core import dialogue
 LATCHED = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE,
                      durability=DurabilityPolicy.TRANSIENT_LOCAL)
 # Reports follow each other; who comes late gets the last thousand.
-REPORTED = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE,
+REPORTED = QoSProfile(depth=dialogue.REPORTS, reliability=ReliabilityPolicy.RELIABLE,
                       durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 

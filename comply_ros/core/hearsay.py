@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the mentor has said, state by state, and which questions it may have been asked."""
+
+import numpy as np
+
+from comply_ros.core.dialogue import Dropped, Recommendation, Refused, turn
+from comply_ros.core.grid import NO_ACTION
+from comply_ros.core.problems import problem_of_advice
+
+QUESTIONS = 1000  # past questions to which late advice is still heard
+
+
+class Hearsay:
+    """
+    The newest advice in every state, heard only where it belongs to a question that was asked.
+
+    Parameters
+    ----------
+    run: number of the run that the questions belong to.
+    newest: turn of the last question so far.
+
+    """
+
+    def __init__(self, run=None, newest=(0, -1)):
+        self._run, self._newest = run, newest
+        self._heard, self._asked, self._early = {}, {}, None
+
+    def ask(self, said):
+        """Remember a question; return advice that came before it, or None."""
+        self._newest = turn(said)
+        self._asked[self._newest] = said.state
+        if len(self._asked) > QUESTIONS:
+            del self._asked[next(iter(self._asked))]
+        early, self._early = self._early, None
+        return early
+
+    def last(self, state):
+        """Return the newest `Recommendation` in a state, None before."""
+        return self._heard.get(state)
+
+    def hear(self, said, world):
+        """Return whether advice counts, and what is to be said about it if not."""
+        problem = problem_of_advice(said, world)
+        if problem:
+            return False, (problem,)
+        state = self._asked.get(turn(said))
+        if state is None:
+            return False, self._hear_without_question(said)
+        if state != said.state:
+            return False, (Refused('advice for another state', f'a recommendation in turn '
+                                   f'{turn(said)} must be for state {state}, got {said.state}'),)
+        last = self._heard.get(state)
+        counts = last is None or turn(said) >= turn(last)
+        if counts:
+            self._heard[state] = said
+        return counts, ()
+
+    def _hear_without_question(self, said):
+        if turn(said) <= self._newest:
+            return (Dropped('advice too late', f'dropped a recommendation of turn {turn(said)}: '
+                            'it came late, or twice'),)
+        before, self._early = self._early, said
+        if before is None or turn(before) == turn(said):
+            return ()
+        return (Refused('advice for no question', 'a recommendation must be for a question that '
+                        f'was asked, got turn {turn(before)} after turn {self._newest}'),)
+
+    def advice(self, states):
+        """Return `advice[s]` of so many states: the newest action, -1 where nothing was said."""
+        advice = [NO_ACTION] * states
+        for state, said in self._heard.items():
+            advice[state] = said.action
+        return advice
+
+    def arrays(self):
+        """Return `heard[n]`, int64: state, episode, step and action of every newest advice."""
+        rows = [(each.state, each.episode, each.step, each.action)
+                for each in self._heard.values()]
+        return {'heard': np.array(rows, dtype=np.int64).reshape(-1, 4)}
+
+    def restore(self, arrays):
+        """Change into what those arrays were."""
+        self._heard = {state: Recommendation(self._run, episode, step, state, action)
+                       for state, episode, step, action in arrays['heard'].tolist()}

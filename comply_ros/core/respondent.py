@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a learner answers to a question whose advice is known, and what it learns by the way."""
+
+from collections import deque
+
+from comply_ros.core.dialogue import Action, Progress, REPORTS, StateReward, turn
+from comply_ros.core.draws import Draws, streams
+from comply_ros.core.grid import NO_ACTION
+from comply_ros.core.learning import DRAWS
+from comply_ros.core.student import Student
+
+
+class Respondent:
+    """
+    A student with a voice: the same questions and advice give the same answers.
+
+    Parameters
+    ----------
+    method: the `Method`.
+    seed: of its decisions.
+    number: tells this learner from every other.
+
+    Attributes
+    ----------
+    number: as given, or as it was in a state that was restored.
+    student: the `Student`, None before there is a world.
+    last: the `StateReward` that was answered last, None before.
+    answer: the `Action` that it was answered with; None where the learning is over.
+    reports: the last `Progress` said.
+
+    """
+
+    def __init__(self, method, seed, number):
+        self.number, self._method = number, method
+        self._draws = Draws(streams(seed)[1], DRAWS)
+        self.student, self.reports = None, deque(maxlen=REPORTS)
+        self.forget_the_run()
+
+    def forget_the_run(self):
+        """Change into one that has answered nothing yet; what was learned stays."""
+        self.last, self.answer = None, None
+        self._action, self._advice = NO_ACTION, NO_ACTION
+
+    def begin(self, world):
+        """Begin to learn another world."""
+        self.student = Student(world, self._method)
+
+    @property
+    def turns(self):
+        """Questions that were answered so far."""
+        return self._draws.used
+
+    def respond(self, asked, advice):
+        """Change the memory: choose, then learn. Return what is to be said."""
+        s, u = asked.state, self._draws.row()
+        a, p = NO_ACTION, 0.0
+        if not asked.terminated:
+            a, p = self.student.choose(s, advice, asked.step, u)
+        self._learn_from(asked, a)
+        self.student.weigh(advice, p)
+        self.last, self._action, self._advice = asked, a, advice
+        if asked.terminated or asked.truncated:
+            return self._end_episode(asked)
+        followed = advice != NO_ACTION and u[0] < p
+        self.answer = Action(*asked[:3], a, followed, p, self.number)
+        return (self.answer,)
+
+    def _learn_from(self, asked, a):
+        """Change the memory by the step that led here, if it is known where it began."""
+        if asked.step == 0:
+            self.student.begin_episode()
+        elif self.last is None or turn(self.last) != (asked.episode, asked.step - 1):
+            self.student.lose_track()
+        else:
+            self.student.learn(self.last.state, self._action, asked.reward, asked.state, a,
+                               asked.terminated, self._advice)
+
+    def _end_episode(self, asked):
+        """Return the `Action` that lets the next episode begin, and the `Progress` if any."""
+        self.answer = Action(*asked[:3], NO_ACTION, False, 0.0, self.number)
+        progress = self.student.end_episode()
+        if progress is None:
+            return (self.answer,)
+        progress = progress._replace(run=asked.run)
+        self.reports.append(progress)
+        if self.student.finished:
+            self.answer = None
+            return (progress,)
+        return (self.answer, progress)
+
+    def state(self):
+        """Return facts that JSON can write, and arrays by name."""
+        student, arrays = self.student.state()
+        return {'number': self.number, 'draws': self._draws.used, 'student': student,
+                'last': self.last, 'action': self._action, 'advice': self._advice,
+                'answer': self.answer, 'reports': list(self.reports)}, arrays
+
+    def restore(self, facts, arrays):
+        """Change into what a state was, in the world that it was in."""
+        self.number, self._action, self._advice = (
+            facts[name] for name in ('number', 'action', 'advice'))
+        self._draws.skip_to(facts['draws'])
+        self.student.restore(facts['student'], arrays)
+        self.last = facts['last'] and StateReward(*facts['last'])
+        self.answer = facts['answer'] and Action(*facts['answer'])
+        self.reports.extend(Progress(*each) for each in facts['reports'])

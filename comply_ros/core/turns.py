@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Whose turn it is: which question was answered last, and which may be the next."""
+
+from comply_ros.core.dialogue import Aside, Dropped, Notice, Refused, turn
+
+NOT_YET = (0, -1)  # before the first turn, which is (1, 0)
+OF_ANOTHER = 20  # turns of another learner after which this one is one too many
+
+
+class Turns:
+    """
+    The order of the questions of one run, for who hears them.
+
+    Parameters
+    ----------
+    sees_ends: whether it hears every end of an episode; if not, the next can begin at any time.
+
+    Attributes
+    ----------
+    answered: turn of the last question that was answered, (episode, step).
+    ended: whether that ended an episode.
+    state: of that question.
+    may_lack: whether questions may be missing before the next one: what was told last can be
+        lost with a machine that loses power.
+    aside: whether another learner has this run.
+    left: questions in a row that were left to another learner.
+
+    """
+
+    def __init__(self, sees_ends=True):
+        self._sees_ends = sees_ends
+        self.answered, self.ended, self.state = NOT_YET, False, None
+        self.may_lack, self.aside, self.left = False, False, 0
+        self._doubted, self._looked, self._left = None, False, None
+
+    def look(self):
+        """Remember that a second went by: a question that is asked now is asked for long."""
+        self._looked = True
+
+    def take(self, asked):
+        """Remember that a question is answered now."""
+        self.answered, self.state, self.left = turn(asked), asked.state, 0
+        self.ended = asked.terminated or asked.truncated
+
+    def too_late(self, here):
+        """Return `Dropped` for a question of a turn long past."""
+        return Dropped('state too late', f'dropped a state of turn {here}: it came late, or twice')
+
+    def leave(self, said, number):
+        """Leave a question to another learner; return an `Aside` when that goes on for long."""
+        if turn(said) != self._left:
+            self._left, self.left = turn(said), self.left + 1
+        if self.left < OF_ANOTHER:
+            return ()
+        self.aside = True
+        return (Aside(f'learner {said.learner} came first and keeps run {said.run}: this one, '
+                      f'{number}, stands aside; end it, or give it a world of its own'),)
+
+    def remark(self, said, world):
+        """
+        `Refused` for a question that cannot be the next, a `Notice` for one after a gap, or None.
+
+        What only might be wrong is taken when it is asked again: an unlikely move at once, a gap
+        only after a `look`.
+        """
+        here, again, self._doubted = turn(said), self._doubted == turn(said), None
+        if self.answered == NOT_YET:
+            return None
+        episode, step = self.answered
+        begins, goes_on = here == (episode + 1, 0), here == (episode, step + 1)
+        if begins and (self.ended or not self._sees_ends) or goes_on and not self.ended:
+            self.may_lack = False
+            return None if again or here[1] == 0 else self._remark_on_move(said, world)
+        if again and self.may_lack and self._looked:
+            self.may_lack = False
+            return Notice(f'its journal ends at turn {self.answered}, the world is at {here}: '
+                          'what lay between is lost, goes on')
+        self._doubted, self._looked = here, again and self._looked
+        return Refused('question out of turn', f'a state must follow turn {self.answered}, '
+                       f'got {here}: is there another learner?')
+
+    def _remark_on_move(self, said, world):
+        if world.leads(self.state, said.state):
+            return None
+        self._doubted = turn(said)
+        return Refused('state out of reach', f'a state must be one move from the last, '
+                       f'{self.state}, got {said.state}: does this world move as it is described?')
