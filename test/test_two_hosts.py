@@ -11,13 +11,20 @@ from nodes import log_has, nodes, wait_until
 import pytest
 from test_nodes import digest_of, expected, LEARNER, MENTOR, SMALL  # noqa: F401
 
-from comply_ros.nodes.processes import START
-
-pytestmark = [pytest.mark.usefixtures('domain'),
-              pytest.mark.skipif(bool(missing()), reason=missing() or 'all is here')]
+LACK = missing()
+needs_two_hosts = pytest.mark.skipif(bool(LACK), reason=LACK or 'all that is needed is here')
 RATE = ('-p', 'rate:=100.0')  # 572 steps: six seconds of learning
 PULLED = 10.0  # seconds
-IN_FLIGHT = 1.0  # seconds after which what was said before the pull has been heard and printed
+IN_FLIGHT = 1.0  # seconds after which all that was said before the pull is heard and printed
+COUNT_ACTIONS = """
+import rclpy
+from comply_ros.nodes.topics import ACTION
+rclpy.init()
+node = rclpy.create_node('counter')
+node.create_subscription(ACTION.message, ACTION.name, lambda _: print('action', flush=True), 100)
+print('listens', flush=True)
+rclpy.spin(node)
+"""
 
 
 @pytest.fixture
@@ -27,33 +34,58 @@ def across_machines(domain, monkeypatch):
 
 
 @contextmanager
-def actions_heard(folder):
-    """Print what is said on `action` to a file; give a function that counts it."""
-    path = folder / 'action.yaml'
+def counted_actions(folder):
+    """Give a function that counts what is said on `action`, heard from now on."""
+    path = folder / 'counter.log'
     with path.open('wb') as output:
-        echo = subprocess.Popen(
-            [sys.executable, '-c', START.format('topic'), 'echo', '--timeout', '30', 'action'],
-            stdout=output, stderr=subprocess.STDOUT)
+        counter = subprocess.Popen([sys.executable, '-c', COUNT_ACTIONS], stdout=output,
+                                   stderr=subprocess.STDOUT)
     try:
-        yield lambda: path.read_text().count('---')
+        wait_until(lambda: 'listens' in path.read_text(), 'counter of actions')
+        yield lambda: path.read_text().count('action\n')
     finally:
-        echo.terminate()
-        echo.wait()
+        counter.kill()
+        counter.wait()
 
 
+@needs_two_hosts
 def test_a_lesson_goes_on_by_itself_after_the_cable_was_pulled(
         tmp_path, across_machines, expected):  # noqa: F811
-    with two_hosts(tmp_path) as (here, there):
-        with there.here(), nodes(tmp_path, learner=LEARNER) as far, \
-                actions_heard(tmp_path) as count, \
-                here.here(), nodes(tmp_path, grid_world=SMALL + RATE, mentor=MENTOR):
-            wait_until(lambda: count() > 100, 'learning over the cable')
-            there.pull_cable()
-            time.sleep(IN_FLIGHT)
-            before = count()
-            time.sleep(PULLED - IN_FLIGHT)
-            assert count() == before
-            assert not log_has(far['learner'], 'finished')()
-            there.plug_cable()
-            wait_until(lambda: count() > before, 'learning after the cable is in again')
-            assert digest_of(far['learner']) == expected
+    with two_hosts(tmp_path) as (here, there), \
+            there.starts_what_follows(), nodes(tmp_path, learner=LEARNER) as far, \
+            counted_actions(tmp_path) as count, \
+            here.starts_what_follows(), nodes(tmp_path, grid_world=SMALL + RATE, mentor=MENTOR):
+        wait_until(lambda: count() > 100, 'learning over the cable')
+        there.pull_cable()
+        time.sleep(IN_FLIGHT)
+        before = count()
+        time.sleep(PULLED - IN_FLIGHT)
+        assert count() == before, 'messages found another way than the cable'
+        assert not log_has(far['learner'], 'finished')(), 'the cable was pulled too late'
+        there.plug_cable()
+        wait_until(lambda: count() > before, 'learning after the cable is in again')
+        assert digest_of(far['learner']) == expected
+
+
+@needs_two_hosts
+def test_nothing_is_left_of_two_hosts_after_a_failure(tmp_path):
+    with pytest.raises(ZeroDivisionError), two_hosts(tmp_path) as hosts:
+        assert {host.namespace for host in hosts} <= namespaces()
+        1 / 0
+    assert not {host.namespace for host in hosts} & namespaces()
+
+
+def test_what_two_hosts_need_and_do_not_find_is_named(monkeypatch, tmp_path):
+    monkeypatch.setenv('PATH', str(tmp_path))
+    assert missing() == 'two hosts need the tool `ip`, and there is none: apt install iproute2'
+    (tmp_path / 'ip').touch(mode=0o755)
+    assert missing(rights=0) == ('two hosts need CAP_NET_ADMIN and CAP_SYS_ADMIN: be root, '
+                                 'outside a container or in a privileged one')
+    assert 'need CAP_SYS_ADMIN:' in missing(rights=1 << 12)
+    assert missing(rights=1 << 12 | 1 << 21) == ''
+
+
+def namespaces():
+    """Names of all network namespaces of this machine."""
+    listed = subprocess.run(['ip', 'netns', 'list'], capture_output=True, text=True, check=True)
+    return {line.split()[0] for line in listed.stdout.splitlines()}
