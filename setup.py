@@ -5,7 +5,8 @@ from glob import glob
 
 from setuptools import find_packages, setup
 
-EXECUTABLES = ('grid_world', 'mentor', 'learner', 'lesson', 'train', 'reproduce', 'sweep', 'topic')
+EXECUTABLES = ('grid_world', 'mentor', 'learner', 'fault_injector', 'lesson', 'train', 'reproduce',
+               'sweep', 'topic')
 
 setup(
     name='comply_ros',

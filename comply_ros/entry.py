@@ -29,6 +29,11 @@ def learner():
     return _start('nodes.learner', interrupted=0)
 
 
+def fault_injector():
+    """Run the node that drops, delays, duplicates and reorders what others say."""
+    return _start('nodes.fault_injector', interrupted=0)
+
+
 def lesson():
     """Run the three nodes as processes, to their results."""
     return _start('nodes.lesson', interrupted=130)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Parameters with descriptors, declared from what core knows of them."""
 
+from dataclasses import fields
 from typing import NamedTuple
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
@@ -8,6 +9,7 @@ from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValu
 
 from comply_ros.core.advising import WHENS, WITHOUT_LIMIT
 from comply_ros.core.draws import SEED_LIMIT
+from comply_ros.core.faults import Faults
 from comply_ros.core.method import FIELDS
 from comply_ros.core.methods import METHODS
 
@@ -69,9 +71,13 @@ ADVICE_TIMEOUT = Parameter(
 STATE_DIR = Parameter(
     'state_dir', '', 'Folder in which the node keeps what it needs to go on after a kill as if '
     'nothing had happened; empty: nothing is kept')
+TOPICS = Parameter(
+    'topics', ['state', 'recommendation', 'action'], 'Topics to relay: what is heard on '
+    'NAME/before is said on NAME')
+FAULTS = tuple(Parameter(each.name, each.default, **each.metadata) for each in fields(Faults))
 
 OURS = (MAP, PROFILE, SEED, RATE, METHOD, MENTOR, BUDGET, ADVISING, MAP_PERIOD,
-        REMEMBERS_ADVICE, ADVICE_TIMEOUT, STATE_DIR)
+        REMEMBERS_ADVICE, ADVICE_TIMEOUT, STATE_DIR, TOPICS, *FAULTS)
 ROS = {'use_sim_time', 'start_type_description_service'}
 
 
@@ -123,5 +129,6 @@ def _sentence(node, parameter, error):
         return (f'parameter {parameter.name} must lie in [{parameter.low}, {parameter.high}], '
                 f'got {value}')
     kind = {bool: 'true or false', int: 'an integer such as 1', str: 'a string',
-            float: 'a double such as 1.0 (with a point)'}[type(parameter.default)]
+            float: 'a double such as 1.0 (with a point)',
+            list: 'a list of strings such as [state, action]'}[type(parameter.default)]
     return f'parameter {parameter.name} must be {kind}, got {value}'

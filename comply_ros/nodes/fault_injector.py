@@ -1,0 +1,175 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The node that stands between others and drops, delays, duplicates and reorders messages."""
+
+from importlib import import_module
+import time
+
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+from comply_ros.core.faults import fault_streams, FaultError, Faults, Wire
+from comply_ros.nodes.actor_node import PATIENCE, run_node
+from comply_ros.nodes.parameters import (
+    declare,
+    FAULTS,
+    ParameterError,
+    SEED,
+    TOPICS,
+    unknown_overrides,
+)
+
+LOOK = 0.05  # seconds between looks for topics that nobody speaks on yet
+TICK = 0.002  # seconds between looks at messages that are late, while there are any
+DEPTH = 100  # messages that wait for the relay, and that it keeps for who listens
+
+
+class TopicError(ValueError):
+    """A topic that cannot be relayed; the message names it, the rule and the types."""
+
+
+class FaultInjector(Node):
+    """
+    Says on each topic T what it hears on T/before, with faults; of any message type.
+
+    Attributes
+    ----------
+    wires: what is late on each topic, and the counts, by topic.
+    mistake: None; an exception here would end the node.
+
+    """
+
+    def __init__(self, **kwargs):
+        super().__init__('fault_injector', **kwargs)
+        names, seed = declare(self, TOPICS), declare(self, SEED)
+        faults = Faults(**{each.name: declare(self, each) for each in FAULTS})
+        check_topics(self, names)
+        self.mistake = None
+        self.wires = dict(zip(names, (Wire(faults, each)
+                                      for each in fault_streams(seed, len(names)))))
+        self._publish = {}  # functions, of the topics that are relayed
+        self._missing, self._told = list(names), set()
+        self._born, self._has_waited = time.monotonic(), False
+        self._looks = self.create_timer(LOOK, self._look)
+        self._ticks = self.create_timer(TICK, self._say_due)
+        self._ticks.cancel()
+        self.context.on_shutdown(self._summarize)
+        for unknown in unknown_overrides(self):
+            self.get_logger().warning(f'parameter {unknown!r} is unknown and has no effect')
+
+    def _look(self):
+        """Relay each topic that somebody speaks on by now; warn of the others, once."""
+        for name in tuple(self._missing):
+            ends = self.get_publishers_info_by_topic(self.resolve_topic_name(before(name)))
+            if ends:
+                self._begin(name, ends)
+        if not self._missing:
+            self.destroy_timer(self._looks)
+        elif not self._has_waited and time.monotonic() - self._born > PATIENCE:
+            self._has_waited = True
+            self.get_logger().warning('waits for a node that speaks on ' + ', '.join(
+                f'{before(name)} (its -r {name}:={before(name)})' for name in self._missing))
+
+    def _begin(self, name, ends):
+        """Relay a topic with the type and QoS of its publishers, or warn, once, why not."""
+        try:
+            kind = message_type(before(name), {end.topic_type for end in ends})
+        except TopicError as error:
+            if name not in self._told:
+                self.get_logger().warning(str(error))
+            self._told.add(name)
+            return
+        self._missing.remove(name)
+        qos = offered(ends)
+        self._publish[name] = self.create_publisher(kind, name, qos).publish
+        self.create_subscription(
+            kind, before(name), lambda message: self._hear(name, message), qos, raw=True)
+        self.get_logger().info(f'relays {name} ({ends[0].topic_type})')
+
+    def _hear(self, name, message):
+        self.wires[name].hear(message, time.monotonic())
+        self._say_due()
+
+    def _say_due(self):
+        """Publish what is due on each topic; the timer ticks while there is more to come."""
+        for name, wire in self.wires.items():
+            for message in wire.due(time.monotonic()):
+                self._publish[name](message)
+        is_empty = all(wire.is_empty() for wire in self.wires.values())
+        if is_empty != self._ticks.is_canceled():
+            (self._ticks.cancel if is_empty else self._ticks.reset)()
+
+    def _summarize(self):
+        """Log what happened on each topic."""
+        for name, wire in self.wires.items():
+            self.get_logger().info(f'{name}: ' + ', '.join(
+                f'{count} {what}' for what, count in wire.counts.items()))
+
+
+def before(name):
+    """Name of the topic that is heard, for one that is said."""
+    return f'{name}/before'
+
+
+def check_topics(node, names):
+    """
+    Return if the topics can be relayed.
+
+    Raises
+    ------
+    ParameterError: without topics, for one that is named twice, or that ROS cannot have.
+
+    """
+    if not names:
+        raise ParameterError('parameter topics must name a topic, got none')
+    resolved = {}
+    for name in names:
+        try:
+            full = node.resolve_topic_name(name)
+        except RuntimeError as error:
+            reason = str(error).removeprefix('failed to resolve name: ').partition(', at /')[0]
+            raise ParameterError(
+                f'parameter topics: {reason}, got {name!r}') from None
+        if full in resolved:
+            raise ParameterError(f'parameter topics must name each topic once, got '
+                                 f'{resolved[full]!r} and {name!r}')
+        resolved[full] = name
+
+
+def message_type(name, kinds):
+    """
+    Return the class of a topic's messages, given the types that its publishers have.
+
+    Raises
+    ------
+    TopicError: if they do not agree, or their package is not here.
+
+    """
+    if len(kinds) > 1:
+        raise TopicError(f'{name} must have messages of one type, got '
+                         f'{" and ".join(sorted(kinds))}; not relayed')
+    package, _, message = min(kinds).split('/')
+    try:
+        return getattr(import_module(f'{package}.msg'), message)
+    except (ImportError, AttributeError):
+        raise TopicError(f'{name} must have messages of a package that is installed, got '
+                         f'{min(kinds)}; not relayed') from None
+
+
+def offered(ends):
+    """QoS that all of a topic's publishers offer, with room for what the relay has to keep."""
+    offers = [end.qos_profile for end in ends]
+    is_reliable = all(qos.reliability == ReliabilityPolicy.RELIABLE for qos in offers)
+    is_latched = all(qos.durability == DurabilityPolicy.TRANSIENT_LOCAL for qos in offers)
+    return QoSProfile(
+        depth=DEPTH,
+        reliability=(ReliabilityPolicy.RELIABLE if is_reliable
+                     else ReliabilityPolicy.BEST_EFFORT),
+        durability=(DurabilityPolicy.TRANSIENT_LOCAL if is_latched
+                    else DurabilityPolicy.VOLATILE))
+
+
+def main(argv):
+    """Run the node; return the exit code."""
+    made = []  # it lives to the end, when it logs its summary
+    return run_node(lambda: made.append(FaultInjector()) or made[0], argv,
+                    (ParameterError, FaultError))
