@@ -12,6 +12,7 @@ from comply_ros.nodes.actor_node import PATIENCE, run_node
 from comply_ros.nodes.parameters import (
     declare,
     FAULTS,
+    KEPT,
     ParameterError,
     SEED,
     TOPICS,
@@ -20,7 +21,7 @@ from comply_ros.nodes.parameters import (
 
 LOOK = 0.05  # seconds between looks for topics that nobody speaks on yet
 TICK = 0.002  # seconds between looks at messages that are late, while there are any
-DEPTH = 100  # messages that wait for the relay, and that it keeps for who listens
+DEPTH = 100  # messages that may wait for the relay, or for who hears it
 
 
 class TopicError(ValueError):
@@ -40,8 +41,8 @@ class FaultInjector(Node):
 
     def __init__(self, **kwargs):
         super().__init__('fault_injector', **kwargs)
-        names, seed = declare(self, TOPICS), declare(self, SEED)
-        faults = Faults(**{each.name: declare(self, each) for each in FAULTS})
+        names, seed, self._kept = (declare(self, each) for each in (TOPICS, SEED, KEPT))
+        faults = declare_faults(self)
         check_topics(self, names)
         self.mistake = None
         self.wires = dict(zip(names, (Wire(faults, each)
@@ -66,8 +67,13 @@ class FaultInjector(Node):
             self.destroy_timer(self._looks)
         elif not self._has_waited and time.monotonic() - self._born > PATIENCE:
             self._has_waited = True
+            self._tell_waiting(set(self._missing) - self._told)
+
+    def _tell_waiting(self, silent):
+        if silent:
             self.get_logger().warning('waits for a node that speaks on ' + ', '.join(
-                f'{before(name)} (its -r {name}:={before(name)})' for name in self._missing))
+                f'{before(name)} (started with -r {name}:={before(name)})'
+                for name in sorted(silent)))
 
     def _begin(self, name, ends):
         """Relay a topic with the type and QoS of its publishers, or warn, once, why not."""
@@ -79,10 +85,10 @@ class FaultInjector(Node):
             self._told.add(name)
             return
         self._missing.remove(name)
-        qos = offered(ends)
-        self._publish[name] = self.create_publisher(kind, name, qos).publish
+        heard, said = offered(ends, self._kept)
+        self._publish[name] = self.create_publisher(kind, name, said).publish
         self.create_subscription(
-            kind, before(name), lambda message: self._hear(name, message), qos, raw=True)
+            kind, before(name), lambda message: self._hear(name, message), heard, raw=True)
         self.get_logger().info(f'relays {name} ({ends[0].topic_type})')
 
     def _hear(self, name, message):
@@ -110,6 +116,15 @@ def before(name):
     return f'{name}/before'
 
 
+def declare_faults(node):
+    """Declare the parameters of `Faults` and return it; raises ParameterError."""
+    values = {each.name: declare(node, each) for each in FAULTS}
+    try:
+        return Faults(**values)
+    except FaultError as error:
+        raise ParameterError(f'parameter {error}') from None
+
+
 def check_topics(node, names):
     """
     Return if the topics can be relayed.
@@ -127,8 +142,7 @@ def check_topics(node, names):
             full = node.resolve_topic_name(name)
         except RuntimeError as error:
             reason = str(error).removeprefix('failed to resolve name: ').partition(', at /')[0]
-            raise ParameterError(
-                f'parameter topics: {reason}, got {name!r}') from None
+            raise ParameterError(f'parameter topics: {reason}, got {name!r}') from None
         if full in resolved:
             raise ParameterError(f'parameter topics must name each topic once, got '
                                  f'{resolved[full]!r} and {name!r}')
@@ -155,21 +169,20 @@ def message_type(name, kinds):
                          f'{min(kinds)}; not relayed') from None
 
 
-def offered(ends):
-    """QoS that all of a topic's publishers offer, with room for what the relay has to keep."""
+def offered(ends, kept):
+    """Pair of QoS to hear a topic and to say it on, as all of its publishers offer it."""
     offers = [end.qos_profile for end in ends]
     is_reliable = all(qos.reliability == ReliabilityPolicy.RELIABLE for qos in offers)
     is_latched = all(qos.durability == DurabilityPolicy.TRANSIENT_LOCAL for qos in offers)
-    return QoSProfile(
-        depth=DEPTH,
-        reliability=(ReliabilityPolicy.RELIABLE if is_reliable
-                     else ReliabilityPolicy.BEST_EFFORT),
-        durability=(DurabilityPolicy.TRANSIENT_LOCAL if is_latched
-                    else DurabilityPolicy.VOLATILE))
+    same = {'reliability': (ReliabilityPolicy.RELIABLE if is_reliable
+                            else ReliabilityPolicy.BEST_EFFORT),
+            'durability': (DurabilityPolicy.TRANSIENT_LOCAL if is_latched
+                           else DurabilityPolicy.VOLATILE)}
+    return (QoSProfile(depth=max(kept, DEPTH), **same),
+            QoSProfile(depth=kept if is_latched else DEPTH, **same))
 
 
 def main(argv):
     """Run the node; return the exit code."""
     made = []  # it lives to the end, when it logs its summary
-    return run_node(lambda: made.append(FaultInjector()) or made[0], argv,
-                    (ParameterError, FaultError))
+    return run_node(lambda: made.append(FaultInjector()) or made[0], argv, (ParameterError,))

@@ -74,10 +74,13 @@ STATE_DIR = Parameter(
 TOPICS = Parameter(
     'topics', ['state', 'recommendation', 'action'], 'Topics to relay: what is heard on '
     'NAME/before is said on NAME')
+KEPT = Parameter(
+    'depth', 1, 'Messages that a latched topic keeps for who comes late: the depth of the '
+    'publisher that is relayed, which the graph does not tell', 1, 100_000)
 FAULTS = tuple(Parameter(each.name, each.default, **each.metadata) for each in fields(Faults))
 
 OURS = (MAP, PROFILE, SEED, RATE, METHOD, MENTOR, BUDGET, ADVISING, MAP_PERIOD,
-        REMEMBERS_ADVICE, ADVICE_TIMEOUT, STATE_DIR, TOPICS, *FAULTS)
+        REMEMBERS_ADVICE, ADVICE_TIMEOUT, STATE_DIR, TOPICS, KEPT, *FAULTS)
 ROS = {'use_sim_time', 'start_type_description_service'}
 
 

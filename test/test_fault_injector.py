@@ -1,0 +1,209 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The fault injector as a real process between a node that speaks and one that listens."""
+
+import re
+import time
+
+from comply_msgs.msg import Action, Episode, WorldDescription
+from nodes import log_has, nodes, run, wait_until
+import pytest
+from rcl_interfaces.msg import Log
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+pytestmark = pytest.mark.usefixtures('domain')
+ONE = ('-p', 'topics:=[said]')
+LATCHED = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+LAST = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+@pytest.fixture
+def make_node():
+    """Return a function that makes a node of the test's own."""
+    contexts = []
+
+    def make(name):
+        contexts.append(rclpy.Context())
+        rclpy.init(context=contexts[-1])
+        return Node(name, context=contexts[-1])
+    yield make
+    for context in contexts:
+        rclpy.try_shutdown(context=context)
+
+
+@pytest.fixture
+def node(make_node):
+    """Return a node of the test's own."""
+    return make_node('test')
+
+
+@pytest.fixture
+def spin_until(node):
+    """Return a function that spins the test's node until a condition is true."""
+    executor = SingleThreadedExecutor(context=node.context)
+    executor.add_node(node)
+
+    def spin(condition, what, deadline=40.0):
+        end = time.monotonic() + deadline
+        while not condition():
+            assert time.monotonic() < end, f'no {what} within {deadline} s'
+            executor.spin_once(timeout_sec=0.05)
+    return spin
+
+
+def heard(node, kind, name, qos):
+    """Return the list of what is said on a topic from now on."""
+    said = []
+    node.create_subscription(kind, name, said.append, qos)
+    return said
+
+
+def relays(started, name='said'):
+    """Wait until a topic is relayed."""
+    wait_until(log_has(started['fault_injector'], f'relays {name} ('), 'relay')
+
+
+def summary(started, name='said'):
+    """End the fault injector; return what it counted, by name."""
+    process = started['fault_injector']
+    process.interrupt()
+    assert process.wait() == 0
+    lines = re.findall(rf'\[fault_injector\]: {name}: (.*)', process.log.read_text())
+    assert len(lines) == 1
+    return {what: int(count) for count, what in (each.split() for each in lines[0].split(', '))}
+
+
+def test_messages_of_any_type_are_relayed_whole_and_in_order(tmp_path, node, spin_until):
+    world = WorldDescription(run=7, name='é', rows=['..', '#G'], starts=[0, 2])
+    episodes = [Episode(run=7, episode=number, total_reward=number / 3) for number in range(300)]
+    logs = [Log(level=20, name='x' * length, msg='m') for length in range(30)]
+    cases = (('one', [world]), ('two', episodes), ('three', logs))
+    received = {}
+    for name, messages in cases:
+        publisher = node.create_publisher(type(messages[0]), f'{name}/before', LATCHED)
+        received[name] = heard(node, type(messages[0]), name, LATCHED)
+        for message in messages:
+            publisher.publish(message)
+    with nodes(tmp_path, fault_injector=('-p', 'topics:=[one, two, three]', '-p',
+                                         'depth:=1000')) as started:
+        spin_until(lambda: all(len(received[name]) == len(said) for name, said in cases),
+                   'all messages')
+        assert received == dict(cases)
+        assert summary(started, 'two') == {
+            'heard': 300, 'dropped': 0, 'delayed': 0, 'duplicated': 0, 'reordered': 0,
+            'relayed': 300}
+
+
+def test_who_comes_late_hears_the_last_message_and_no_older_one(tmp_path, node, spin_until):
+    publisher = node.create_publisher(Episode, 'said/before', LAST)
+    early = heard(node, Episode, 'said', LATCHED)
+    with nodes(tmp_path, fault_injector=ONE) as started:
+        relays(started)
+        for number in range(50):
+            publisher.publish(Episode(episode=number))
+            spin_until(lambda: len(early) == number + 1, 'message')
+        late = heard(node, Episode, 'said', LATCHED)
+        publisher.publish(Episode(episode=50))
+        spin_until(lambda: late and late[-1].episode == 50, 'new message')
+        assert [each.episode for each in late] in ([49, 50], [50])
+        again = heard(node, Episode, 'said', LATCHED)
+        spin_until(lambda: again, 'last message')
+        assert [each.episode for each in again] == [50]
+
+
+def test_what_is_not_reliable_and_not_latched_is_relayed_as_that(tmp_path, node, spin_until):
+    offered = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+    node.create_publisher(Episode, 'said/before', offered)
+    with nodes(tmp_path, fault_injector=ONE) as started:
+        relays(started)
+        spin_until(lambda: node.get_publishers_info_by_topic('/said'), 'publisher')
+        qos = node.get_publishers_info_by_topic('/said')[0].qos_profile
+        assert (qos.reliability, qos.durability) == (
+            ReliabilityPolicy.BEST_EFFORT, DurabilityPolicy.VOLATILE)
+
+
+def test_with_drop_1_nothing_is_said(tmp_path, node, spin_until):
+    publisher = node.create_publisher(Episode, 'lost/before', LATCHED)
+    control = node.create_publisher(Episode, 'said/before', LATCHED)
+    lost, said = (heard(node, Episode, name, LATCHED) for name in ('lost', 'said'))
+    with nodes(tmp_path / 'lost', fault_injector=(
+            '-r', '__node:=losing', '-p', 'topics:=[lost]', '-p', 'drop:=1.0')) as losing, \
+            nodes(tmp_path / 'said', fault_injector=ONE) as saying:
+        relays(losing, 'lost')
+        relays(saying)
+        for number in range(20):
+            publisher.publish(Episode(episode=number))
+            control.publish(Episode(episode=number))
+            spin_until(lambda: len(said) == number + 1, 'message of the control')
+        assert lost == []
+    text = losing['fault_injector'].log.read_text()
+    assert 'lost: 20 heard, 20 dropped, 0 delayed, 0 duplicated, 0 reordered, 0 relayed' in text
+
+
+def test_late_and_reordered_messages_all_come_in_the_end(tmp_path, node, spin_until):
+    publisher = node.create_publisher(Episode, 'said/before', LATCHED)
+    said = heard(node, Episode, 'said', LATCHED)
+    with nodes(tmp_path, fault_injector=(
+            *ONE, '-p', 'delay:=0.5', '-p', 'reorder:=0.5', '-p', 'depth:=1000')) as started:
+        relays(started)
+        for number in range(200):
+            publisher.publish(Episode(episode=number))
+        spin_until(lambda: len(said) == 200, 'all messages')
+        numbers = [each.episode for each in said]
+        assert sorted(numbers) == list(range(200)) != numbers
+        counts = summary(started)
+        assert counts['relayed'] == counts['heard'] == 200
+        assert counts['delayed'] > 20 and counts['reordered'] > 20
+
+
+def test_it_says_once_what_it_waits_for_and_relays_it_when_it_comes(tmp_path, node, spin_until):
+    with nodes(tmp_path, fault_injector=ONE) as started:
+        waits = ('waits for a node that speaks on said/before '
+                 '(started with -r said:=said/before)')
+        wait_until(log_has(started['fault_injector'], waits), 'warning')
+        publisher = node.create_publisher(Episode, 'said/before', LATCHED)
+        publisher.publish(Episode(episode=3))
+        said = heard(node, Episode, 'said', LATCHED)
+        spin_until(lambda: said, 'message')
+        assert said[0].episode == 3
+        text = started['fault_injector'].log.read_text()
+        assert text.count('waits for') == 1
+        assert 'relays said (comply_msgs/msg/Episode)' in text
+
+
+def test_two_types_on_one_topic_are_warned_of_once_and_not_relayed(
+        tmp_path, node, make_node, spin_until):
+    other = make_node('other')  # DDS refuses a second type in one context
+    for speaker, kind in ((node, Action), (other, Episode)):
+        speaker.create_publisher(kind, 'said/before', LATCHED)
+    node.create_publisher(Episode, 'other/before', LATCHED)
+    spin_until(lambda: len(node.get_publishers_info_by_topic('/said/before')) == 2, 'two types')
+    with nodes(tmp_path, fault_injector=('-p', 'topics:=[said, other, never]')) as started:
+        process = started['fault_injector']
+        wait_until(log_has(process, 'speaks on never/before'), 'warning of the third topic')
+        text = process.log.read_text()
+        assert text.count('said/before') == 1
+        assert ('said/before must have messages of one type, got comply_msgs/msg/Action and '
+                'comply_msgs/msg/Episode; not relayed') in text
+        assert 'relays other' in text and 'relays said' not in text
+
+
+@pytest.mark.parametrize('argument, message', [
+    ('drop:=1.5', 'drop must lie in [0, 1], got 1.5'),
+    ('drop:=.nan', 'drop must lie in [0, 1], got nan'),
+    ('longest_delay:=.nan', 'longest_delay must lie in [0, 60], got nan'),
+    ('reorder:=1', 'reorder must be a double such as 1.0 (with a point), got 1'),
+    ('seed:=-1', 'seed must lie in [0, 9007199254740992], got -1'),
+    ('depth:=0', 'depth must lie in [1, 100000], got 0'),
+    ('topics:=said', "topics must be a list of strings such as [state, action], got 'said'"),
+    ('topics:=[]', 'topics must name a topic, got none'),
+    ("topics:=['']", "topics: topic name must not be empty string, got ''"),
+    ('topics:=[said, said]', "topics must name each topic once, got 'said' and 'said'"),
+    ('topics:=[said, /said]', "topics must name each topic once, got 'said' and '/said'"),
+])
+def test_a_wrong_parameter_is_one_line_and_exit_code_2(argument, message):
+    done = run('fault_injector', '--ros-args', '-p', argument)
+    assert (done.returncode, done.stdout) == (2, '')
+    assert done.stderr == f'fault_injector: parameter {message}\n'
