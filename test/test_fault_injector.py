@@ -13,6 +13,8 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
+from comply_ros.nodes.fault_injector import message_type, TopicError
+
 pytestmark = pytest.mark.usefixtures('domain')
 ONE = ('-p', 'topics:=[said]')
 LATCHED = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -173,21 +175,31 @@ def test_it_says_once_what_it_waits_for_and_relays_it_when_it_comes(tmp_path, no
         assert 'relays said (comply_msgs/msg/Episode)' in text
 
 
-def test_two_types_on_one_topic_are_warned_of_once_and_not_relayed(
-        tmp_path, node, make_node, spin_until):
+def test_a_second_type_on_a_topic_is_warned_of_once(tmp_path, node, make_node, spin_until):
     other = make_node('other')  # DDS refuses a second type in one context
-    for speaker, kind in ((node, Action), (other, Episode)):
-        speaker.create_publisher(kind, 'said/before', LATCHED)
-    node.create_publisher(Episode, 'other/before', LATCHED)
-    spin_until(lambda: len(node.get_publishers_info_by_topic('/said/before')) == 2, 'two types')
-    with nodes(tmp_path, fault_injector=('-p', 'topics:=[said, other, never]')) as started:
+    speaker = node.create_publisher(Episode, 'said/before', LATCHED)
+    said = heard(node, Episode, 'said', LATCHED)
+    with nodes(tmp_path, fault_injector=('-p', 'topics:=[said, never]')) as started:
+        relays(started)
+        other.create_publisher(Action, 'said/before', LATCHED)
         process = started['fault_injector']
-        wait_until(log_has(process, 'speaks on never/before'), 'warning of the third topic')
-        text = process.log.read_text()
-        assert text.count('said/before') == 1
-        assert ('said/before must have messages of one type, got comply_msgs/msg/Action and '
-                'comply_msgs/msg/Episode; not relayed') in text
-        assert 'relays other' in text and 'relays said' not in text
+        sentence = ('said/before must have messages of one type, got comply_msgs/msg/Action and '
+                    'comply_msgs/msg/Episode; the type that came first is relayed')
+        wait_until(log_has(process, sentence), 'warning')
+        wait_until(log_has(process, 'speaks on never/before'), 'later warning')
+        speaker.publish(Episode(episode=3))
+        spin_until(lambda: said, 'message of the first type')
+        assert process.log.read_text().count('of one type') == 1
+
+
+@pytest.mark.parametrize('kinds, rule', [
+    ({'comply_msgs/msg/Episode', 'comply_msgs/msg/Action'},
+     'of one type, got comply_msgs/msg/Action and comply_msgs/msg/Episode'),
+    ({'no_such_msgs/msg/Word'}, 'of a package that is installed, got no_such_msgs/msg/Word'),
+    ({'comply_msgs/msg/Word'}, 'of a package that is installed, got comply_msgs/msg/Word')])
+def test_types_that_cannot_be_relayed_are_named(kinds, rule):
+    with pytest.raises(TopicError, match=f'^said/before must have messages {rule}$'):
+        message_type('said/before', kinds)
 
 
 @pytest.mark.parametrize('argument, message', [
@@ -207,3 +219,10 @@ def test_a_wrong_parameter_is_one_line_and_exit_code_2(argument, message):
     done = run('fault_injector', '--ros-args', '-p', argument)
     assert (done.returncode, done.stdout) == (2, '')
     assert done.stderr == f'fault_injector: parameter {message}\n'
+
+
+def test_a_remapping_that_would_make_a_circle_is_refused():
+    done = run('fault_injector', '--ros-args', '-p', 'topics:=[said]', '-r', 'said/before:=said')
+    assert (done.returncode, done.stderr) == (2, (
+        'fault_injector: parameter topics: said and said/before must be two topics, got /said '
+        'for both\n'))

@@ -19,7 +19,7 @@ from comply_ros.nodes.parameters import (
     unknown_overrides,
 )
 
-LOOK = 0.05  # seconds between looks for topics that nobody speaks on yet
+LOOK = 0.1  # seconds between looks for who speaks on the topics
 TICK = 0.002  # seconds between looks at messages that are late, while there are any
 DEPTH = 100  # messages that may wait for the relay, or for who hears it
 
@@ -48,9 +48,9 @@ class FaultInjector(Node):
         self.wires = dict(zip(names, (Wire(faults, each)
                                       for each in fault_streams(seed, len(names)))))
         self._publish = {}  # functions, of the topics that are relayed
-        self._missing, self._told = list(names), set()
+        self._told = set()  # topics that were warned of
         self._born, self._has_waited = time.monotonic(), False
-        self._looks = self.create_timer(LOOK, self._look)
+        self.create_timer(LOOK, self._look)
         self._ticks = self.create_timer(TICK, self._say_due)
         self._ticks.cancel()
         self.context.on_shutdown(self._summarize)
@@ -58,16 +58,14 @@ class FaultInjector(Node):
             self.get_logger().warning(f'parameter {unknown!r} is unknown and has no effect')
 
     def _look(self):
-        """Relay each topic that somebody speaks on by now; warn of the others, once."""
-        for name in tuple(self._missing):
+        """Relay each topic that somebody speaks on; warn, once, of what cannot be right."""
+        for name in self.wires:
             ends = self.get_publishers_info_by_topic(self.resolve_topic_name(before(name)))
             if ends:
-                self._begin(name, ends)
-        if not self._missing:
-            self.destroy_timer(self._looks)
-        elif not self._has_waited and time.monotonic() - self._born > PATIENCE:
+                self._match(name, ends)
+        if not self._has_waited and time.monotonic() - self._born > PATIENCE:
             self._has_waited = True
-            self._tell_waiting(set(self._missing) - self._told)
+            self._tell_waiting(set(self.wires) - set(self._publish) - self._told)
 
     def _tell_waiting(self, silent):
         if silent:
@@ -75,21 +73,25 @@ class FaultInjector(Node):
                 f'{before(name)} (started with -r {name}:={before(name)})'
                 for name in sorted(silent)))
 
-    def _begin(self, name, ends):
-        """Relay a topic with the type and QoS of its publishers, or warn, once, why not."""
+    def _match(self, name, ends):
+        """Begin to relay a topic if its publishers agree; warn, once, if they do not."""
         try:
             kind = message_type(before(name), {end.topic_type for end in ends})
         except TopicError as error:
             if name not in self._told:
-                self.get_logger().warning(str(error))
+                so = 'the type that came first' if name in self._publish else 'none'
+                self.get_logger().warning(f'{error}; {so} is relayed')
             self._told.add(name)
             return
-        self._missing.remove(name)
-        heard, said = offered(ends, self._kept)
-        self._publish[name] = self.create_publisher(kind, name, said).publish
+        if name not in self._publish:
+            self._relay(name, kind, offered(ends, self._kept))
+            self.get_logger().info(f'relays {name} ({ends[0].topic_type})')
+
+    def _relay(self, name, kind, qos):
+        """Make the two ends of a topic, with the QoS to hear and to say it."""
+        self._publish[name] = self.create_publisher(kind, name, qos[1]).publish
         self.create_subscription(
-            kind, before(name), lambda message: self._hear(name, message), heard, raw=True)
-        self.get_logger().info(f'relays {name} ({ends[0].topic_type})')
+            kind, before(name), lambda message: self._hear(name, message), qos[0], raw=True)
 
     def _hear(self, name, message):
         self.wires[name].hear(message, time.monotonic())
@@ -131,22 +133,31 @@ def check_topics(node, names):
 
     Raises
     ------
-    ParameterError: without topics, for one that is named twice, or that ROS cannot have.
+    ParameterError: without topics, for one that is named twice, that ROS cannot have, or that a
+        remapping leads back to itself.
 
     """
     if not names:
         raise ParameterError('parameter topics must name a topic, got none')
-    resolved = {}
+    known = {}
     for name in names:
-        try:
-            full = node.resolve_topic_name(name)
-        except RuntimeError as error:
-            reason = str(error).removeprefix('failed to resolve name: ').partition(', at /')[0]
-            raise ParameterError(f'parameter topics: {reason}, got {name!r}') from None
-        if full in resolved:
+        full = resolved(node, name)
+        if full in known:
             raise ParameterError(f'parameter topics must name each topic once, got '
-                                 f'{resolved[full]!r} and {name!r}')
-        resolved[full] = name
+                                 f'{known[full]!r} and {name!r}')
+        if full == resolved(node, before(name)):
+            raise ParameterError(f'parameter topics: {name} and {before(name)} must be two '
+                                 f'topics, got {full} for both')
+        known[full] = name
+
+
+def resolved(node, name):
+    """Return the full name of a topic; raises ParameterError where ROS cannot have it."""
+    try:
+        return node.resolve_topic_name(name)
+    except RuntimeError as error:
+        reason = str(error).removeprefix('failed to resolve name: ').partition(', at /')[0]
+        raise ParameterError(f'parameter topics: {reason}, got {name!r}') from None
 
 
 def message_type(name, kinds):
@@ -160,13 +171,13 @@ def message_type(name, kinds):
     """
     if len(kinds) > 1:
         raise TopicError(f'{name} must have messages of one type, got '
-                         f'{" and ".join(sorted(kinds))}; not relayed')
+                         f'{" and ".join(sorted(kinds))}')
     package, _, message = min(kinds).split('/')
     try:
         return getattr(import_module(f'{package}.msg'), message)
     except (ImportError, AttributeError):
         raise TopicError(f'{name} must have messages of a package that is installed, got '
-                         f'{min(kinds)}; not relayed') from None
+                         f'{min(kinds)}') from None
 
 
 def offered(ends, kept):
