@@ -5,6 +5,10 @@ from typing import NamedTuple
 
 import yaml
 
+from comply_ros.session.reading import BoundedLoader, BoundError, shown
+
+LONGEST = 1000  # characters of a value
+
 
 class SweepFileError(ValueError):
     """A sweep file that cannot be; the message names the file, the line, the rule, the value."""
@@ -32,7 +36,9 @@ def compose(text):
 
     """
     try:
-        return yaml.compose(text, yaml.SafeLoader)
+        return yaml.compose(text, BoundedLoader)
+    except BoundError as error:
+        wrong(error.problem_mark.line + 1, error.problem)
     except yaml.reader.ReaderError as error:
         wrong(text[:error.position].count('\n') + 1, 'a sweep must be valid YAML, got the '
               f'character {chr(error.character)!r}')
@@ -40,6 +46,8 @@ def compose(text):
         wrong(_mark(error).line + 1, f'a sweep must be valid YAML ({error.problem})')
     except RecursionError:
         wrong(1, 'a sweep must be valid YAML, got too many brackets')
+    except (ArithmeticError, ValueError):  # a \\U or %YAML with a number that Python cannot take
+        wrong(1, 'a sweep must be valid YAML, got a number beyond all bounds')
 
 
 def _mark(error):
@@ -56,14 +64,14 @@ def table_of(node, rule):
     for key, value in node.value:
         line, name = key.start_mark.line + 1, item_of(key, 'a key').value
         if name in found:
-            wrong(line, f'a key must be there once, got {name!r} again')
+            wrong(line, f'a key must be there once, got {shown(name)} again')
         found[name] = line, value
     return found
 
 
 def _kind(node):
     if isinstance(node, yaml.ScalarNode):
-        return repr(item_of(node, 'a value').value)
+        return shown(item_of(node, 'a value').value)
     return 'nothing' if node is None else 'a list' if node.id == 'sequence' else 'a table'
 
 
@@ -73,9 +81,14 @@ def item_of(node, what):
     if not isinstance(node, yaml.ScalarNode):
         wrong(line, f'{what} must be a single value, got {_kind(node)}')
     try:
-        return Item(yaml.SafeLoader('').construct_object(node), line)
-    except (yaml.YAMLError, ValueError):
-        wrong(line, f'{what} must be a text or a number, got {node.value!r}')
+        value = BoundedLoader('').construct_object(node, deep=True)
+    except BoundError as error:
+        wrong(line, error.problem)
+    except yaml.YAMLError:
+        wrong(line, f'{what} must be a text or a number, got {shown(node.value)}')
+    if len(node.value) > LONGEST:
+        wrong(line, f'{what} may have at most {LONGEST} characters, got {shown(node.value)}')
+    return Item(value, line)
 
 
 def items_of(key, node):

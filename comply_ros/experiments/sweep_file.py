@@ -2,7 +2,6 @@
 """The file of a sweep: methods x mentors x settings x seeds, and every way it can be wrong."""
 
 from contextlib import contextmanager
-from pathlib import Path
 
 import yaml
 
@@ -24,6 +23,7 @@ from comply_ros.experiments.lined_yaml import (
 from comply_ros.experiments.runs import row_of, Run, yardstick_of
 from comply_ros.experiments.sweeps import Sweep
 from comply_ros.session.mentors import read_spec
+from comply_ros.session.reading import read_text, shown, UnreadableError
 
 AXES = {  # key of the file: field of `Run`, and the type of its values; what varies first is last
     'map': ('map', str), 'profile': ('profile', str), 'mentors': ('mentor', str),
@@ -45,13 +45,10 @@ def read_sweep(path):
 
     """
     try:
-        text = Path(path).expanduser().read_text()
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, 'strerror', None) or 'it is not text'
+        return parse_sweep(read_text(path))
+    except UnreadableError as error:
         raise SweepFileError(
-            f'a sweep file must be readable, got {str(path)!r} ({reason.lower()})') from None
-    try:
-        return parse_sweep(text)
+            f'a sweep file must be readable, got {str(path)!r} ({error})') from None
     except SweepFileError as mistake:
         raise SweepFileError(f'{path}, {mistake}') from None
 
@@ -95,7 +92,7 @@ def _nodes(text):
     nodes = table_of(root, f'a sweep must be a table of {", ".join(AXES)}')
     for key, (line, _) in nodes.items():
         if key not in AXES:
-            wrong(line, f'a sweep has the keys {", ".join(AXES)}, got {key!r}')
+            wrong(line, f'a sweep has the keys {", ".join(AXES)}, got {shown(key)}')
     for key in NEEDED:
         if key not in nodes:
             wrong(root.start_mark.line + 1, f'a sweep needs the key {key!r}')
@@ -110,7 +107,7 @@ def _axis(key, kind, node, default):
     for item in items:
         if type(item.value) is not kind:
             wrong(item.line, f'{key} must be {"words" if kind is str else "whole numbers"}, '
-                  f'got {item.value!r}')
+                  f'got {shown(item.value)}')
     if key in COUNTS:
         items = _seeds(key, items, is_count=isinstance(node, yaml.ScalarNode))
     return _different(key, items)
@@ -129,7 +126,7 @@ def _different(key, items):
     seen = set()
     for value, line in items:
         if value in seen:
-            wrong(line, f'{key} must differ from each other, got {value!r} twice')
+            wrong(line, f'{key} must differ from each other, got {shown(value)} twice')
         seen.add(value)
     return items
 

@@ -8,6 +8,13 @@ import yaml
 
 from comply_ros.core.grid import FREE, Grid, MapError, OBSTACLE
 from comply_ros.core.methods import METHODS
+from comply_ros.session.reading import (
+    BoundedLoader,
+    BoundError,
+    read_text,
+    shown,
+    UnreadableError,
+)
 
 KEYS = ('intended', 'step_limit', 'rewards', 'starts', 'rows')
 OPTIONAL = ('profiles', 'slips_bump', 'extends')
@@ -39,11 +46,10 @@ def _text_of(name):
     if name in map_names():
         return files('comply_ros').joinpath('maps', f'{name}.yaml').read_text()
     try:
-        return Path(name).expanduser().read_text()
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, 'strerror', None) or 'it is not text'
+        return read_text(name)
+    except UnreadableError as error:
         raise MapError(f'a map must be one of {", ".join(map_names())} or a readable file '
-                       f'({reason.lower()})') from None
+                       f'({error})') from None
 
 
 def parse_map(text, profile):
@@ -68,8 +74,10 @@ def parse_map(text, profile):
 
 def _parse_yaml(text):
     try:
-        content = yaml.safe_load(text)
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        content = yaml.load(text, BoundedLoader)
+    except BoundError as error:
+        raise MapError(f'{error.problem} in line {error.problem_mark.line + 1}') from None
+    except (yaml.YAMLError, ArithmeticError, ValueError, RecursionError) as error:
         mark = getattr(error, 'problem_mark', None)
         where = f' in line {mark.line + 1}' if mark else ''
         raise MapError(f'a map must be valid YAML, got something else{where}') from None
@@ -85,14 +93,14 @@ def _extended(content):
     if name is None:
         return content
     if name not in map_names():
-        raise MapError(f'extends must name one of {", ".join(map_names())}, got {_short(name)}')
+        raise MapError(f'extends must name one of {", ".join(map_names())}, got {shown(name)}')
     return {**_extended(_parse_yaml(_text_of(name))), **content}
 
 
 def _check_keys(content):
     for key in content:
         if key not in KEYS + OPTIONAL:
-            raise MapError(f'a map has the keys {", ".join(KEYS + OPTIONAL)}, got {key!r}')
+            raise MapError(f'a map has the keys {", ".join(KEYS + OPTIONAL)}, got {shown(key)}')
     for key in KEYS:
         if key not in content:
             raise MapError(f'a map needs the key {key!r}')
@@ -100,17 +108,15 @@ def _check_keys(content):
 
 def _rows(rows):
     if not isinstance(rows, list) or not all(isinstance(row, str) for row in rows):
-        raise MapError(f"rows must be a list of texts such as '..#G', got {_short(rows)}")
+        raise MapError(f"rows must be a list of texts such as '..#G', got {shown(rows)}")
     return tuple(rows)
 
 
 def _rewards(content, profile, rows):
-    changes = content.get('profiles') or {}
-    for key in (profile, *changes):
-        if key not in METHODS:
-            raise MapError(f'a profile must be one of {", ".join(METHODS)}, got {key!r}')
+    if profile not in METHODS:
+        raise MapError(f'a profile must be one of {", ".join(METHODS)}, got {shown(profile)}')
     rewards = {**_table(content['rewards'], 'rewards'),
-               **_table(changes.get(profile) or {}, f'profile {profile}')}
+               **_profiles(content.get('profiles')).get(profile, {})}
     if 'obstacle' not in rewards and not any(OBSTACLE in row for row in rows):
         rewards['obstacle'] = rewards.get('step')
     for key in REWARDS:
@@ -119,9 +125,18 @@ def _rewards(content, profile, rows):
     return [_number(rewards[key], f'reward of {key}') for key in REWARDS]
 
 
+def _profiles(profiles):
+    """Return the changes of rewards of each profile, empty ones as tables."""
+    profiles = {} if profiles is None else profiles
+    if not isinstance(profiles, dict) or not set(profiles) <= set(METHODS):
+        raise MapError(f'profiles must be a table of {", ".join(METHODS)}, got {shown(profiles)}')
+    return {name: {} if changes is None else _table(changes, f'profile {name}')
+            for name, changes in profiles.items()}
+
+
 def _table(rewards, name):
     if not isinstance(rewards, dict) or not set(rewards) <= set(REWARDS):
-        raise MapError(f'{name} must be a table of {", ".join(REWARDS)}, got {_short(rewards)}')
+        raise MapError(f'{name} must be a table of {", ".join(REWARDS)}, got {shown(rewards)}')
     return rewards
 
 
@@ -133,7 +148,7 @@ def _starts(starts, rows):
         return tuple(s for s, cell in enumerate(''.join(reversed(rows))) if cell == FREE)
     if not isinstance(starts, list) or not all(_is_a_place(start) for start in starts):
         raise MapError("starts must be 'anywhere' or a list of [x, y], in whole numbers, "
-                       f'got {_short(starts)}')
+                       f'got {shown(starts)}')
     for x, y in starts:
         if not (0 <= x < width and 0 <= y < height):
             raise MapError(f'a start must lie in the grid of {width} x {height} cells, '
@@ -147,22 +162,17 @@ def _is_a_place(start):
 
 def _number(value, name):
     if type(value) not in (int, float):
-        raise MapError(f'{name} must be a number, got {_short(value)}')
+        raise MapError(f'{name} must be a number, got {shown(value)}')
     return float(value)
 
 
 def _truth(value, name):
     if type(value) is not bool:
-        raise MapError(f'{name} must be true or false, got {_short(value)}')
+        raise MapError(f'{name} must be true or false, got {shown(value)}')
     return value
 
 
 def _whole(value, name):
     if type(value) is not int:
-        raise MapError(f'{name} must be a whole number, got {_short(value)}')
+        raise MapError(f'{name} must be a whole number, got {shown(value)}')
     return value
-
-
-def _short(value):
-    text = repr(value)
-    return text if len(text) <= 60 else text[:57] + '...'

@@ -3,13 +3,13 @@
 
 import hashlib
 import os
-from pathlib import Path
 import tempfile
 
 from comply_ros.core import mentors
 from comply_ros.core.compiled import cache_folder, fingerprint
 from comply_ros.core.mentors import MentorError, parse_spec
 from comply_ros.core.policy import format_policy, parse_policy, PolicyError
+from comply_ros.session.reading import read_text, UnreadableError
 
 
 def read_spec(text):
@@ -25,11 +25,10 @@ def read_spec(text):
     if spec.kind != 'file':
         return spec
     try:
-        return spec._replace(value=Path(spec.value).expanduser().read_text())
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, 'strerror', None) or 'it is not text'
+        return spec._replace(value=read_text(spec.value))
+    except UnreadableError as error:
         raise MentorError(f'a policy file must be readable, got {spec.value!r} '
-                          f'({reason.lower()})') from None
+                          f'({error})') from None
 
 
 def is_slow(spec, world, seed):
