@@ -2,6 +2,8 @@
 """The file of a sweep: methods x mentors x settings x seeds, and every way it can be wrong."""
 
 from contextlib import contextmanager
+from itertools import product
+from math import prod
 
 import yaml
 
@@ -67,10 +69,10 @@ def parse_sweep(text):
     for key, kind in AXES.items():
         axes.update(_settings(nodes.get(key)) if kind is None else
                     {kind[0]: _axis(key, kind[1], nodes.get(key), getattr(Run(), kind[0]))})
+    runs = prod(map(len, axes.values()))
+    if runs > MOST_RUNS:
+        wrong(axes['seed'][0].line, f'a sweep may have at most {MOST_RUNS} runs, got {runs}')
     sweep = Sweep({name: tuple(item.value for item in items) for name, items in axes.items()})
-    if len(sweep) > MOST_RUNS:
-        wrong(axes['seed'][0].line, f'a sweep may have at most {MOST_RUNS} runs, '
-              f'got {len(sweep)}')
     _check_worlds(axes)
     _check_advising(axes)
     _check_methods(axes, sweep.settings)
@@ -178,16 +180,24 @@ def _check_methods(axes, settings):
             run = Run(profile=profile.value, method=method.value)
             with _line(method.line):
                 row_of(run)
-            _check_settings(run, [(name, axes[name]) for name in settings])
+            _check_settings(run, settings, [axes[name] for name in settings])
 
 
-def _check_settings(run, fields):
-    """Check a run with every combination of the fields; the line is of the field that breaks."""
-    if not fields:
-        return
-    (name, items), *rest = fields
-    for item in items:
-        changed = run._replace(settings=(*run.settings, (name, item.value)))
-        with _line(item.line):
-            row_of(changed)
-        _check_settings(changed, rest)
+def _check_settings(run, names, columns):
+    """Check a run with every combination of the settings; the line is of the one that breaks."""
+    for chosen in product(*columns):
+        settings = tuple((name, item.value) for name, item in zip(names, chosen))
+        try:
+            row_of(run._replace(settings=settings))
+        except MethodError as mistake:
+            wrong(chosen[_breaking(run, settings)].line, mistake)
+
+
+def _breaking(run, settings):
+    """Return the place of the setting with which those before it, too, cannot be; or the last."""
+    for place in range(len(settings) - 1):
+        try:
+            row_of(run._replace(settings=settings[:place + 1]))
+        except MethodError:
+            return place
+    return len(settings) - 1
