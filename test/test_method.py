@@ -62,6 +62,7 @@ def test_fields_are_read_from_text(name, text, value):
     ('episodes', '1.5', "episodes must be a whole number, got '1.5'"),
     ('off_policy', 'maybe', "off_policy must be true or false, got 'maybe'"),
     ('discount', 'high', "discount must be a number such as 1.0, got 'high'"),
+    ('episodes', '9' * 400, f"episodes must lie in [1, 1000000], got {'9' * 400}"),
     ('discount', '-1', 'discount must lie in [0, 1], got -1.0')])
 def test_a_wrong_text_is_refused(name, text, message):
     with pytest.raises(MethodError) as error:
