@@ -43,6 +43,9 @@ def test_a_mentor_is_written_as_kind_and_value(text, spec):
     ('noisy:much', "the P of noisy:P must be a number, got 'much'"),
     ('optimal@2', "the coverage of MENTOR@COVERAGE must lie in [0, 1], got '2'"),
     ('optimal@', "the coverage of MENTOR@COVERAGE must be a number, got ''"),
+    ('optimal@0.5@0.2', 'a mentor must be one of optimal, random, adversarial, noisy:P, '
+     "snapshot:Q, file:PATH, none, got 'optimal@0.5'"),
+    ('noisy:0.2@1@1', "the P of noisy:P must be a number, got '0.2@1'"),
     ('snapshot:nan', "the Q of snapshot:Q must lie in [0, 1], got 'nan'")])
 def test_a_mentor_that_does_not_exist_is_refused(text, message):
     with pytest.raises(MentorError) as error:

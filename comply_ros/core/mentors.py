@@ -49,8 +49,13 @@ def parse_spec(text):
     """
     written, at, share = text.rpartition('@')
     if at and not (written.startswith('file:') and not _is_number(share)):
-        return parse_spec(written)._replace(coverage=_share('the coverage of MENTOR@COVERAGE',
-                                                            share))
+        return _spec(written)._replace(
+            coverage=_share('the coverage of MENTOR@COVERAGE', share))
+    return _spec(text)
+
+
+def _spec(text):
+    """Return the `Spec` of what stands before an @."""
     kind, colon, value = text.partition(':')
     if kind not in KINDS:
         raise MentorError(f'a mentor must be one of {", ".join(KINDS.values())}, got {text!r}')
