@@ -79,6 +79,20 @@ def test_a_file_is_a_map_too(tmp_path):
     ('rows:', 'extends: attic\nrows:', 'extends must name one of bar_grid, free_grid, maze, '
      "maze_as_run, got 'attic'"),
     ('step_limit: 50\n', '', "a map needs the key 'step_limit'"),
+    ('rows:', 'step_limit: 7\nrows:',
+     "a key must be there once, got 'step_limit' again in line 6"),
+    ('50', '9' * 51,
+     f"a number may have at most 50 characters, got '{'9' * 51}' in line 3"),
+    ('0.8', '!!float ""', 'a map must be valid YAML, got something else in line 2'),
+    ('0.8', '!!timestamp x', 'a map must be valid YAML, got something else in line 2'),
+    ('0.8', '"\\UFFFFFFFF"', 'a map must be valid YAML, got something else'),
+    ('rows:', 'profiles: 1\nrows:', 'profiles must be a table of report, published, got 1'),
+    ('rows:', 'profiles: false\nrows:',
+     'profiles must be a table of report, published, got False'),
+    ('rows:', 'profiles: {published: 0}\nrows:',
+     'profile published must be a table of step, obstacle, goal, got 0'),
+    ('rows:', 'x' * 100 + ': 1\nrows:', 'a map has the keys intended, step_limit, rewards, '
+     f"starts, rows, profiles, slips_bump, extends, got '{'x' * 56}..."),
     ('rows:', 'rows: [', 'a map must be valid YAML, got something else in line 7'),
 ])
 def test_a_wrong_file_says_which_rule_it_breaks(tmp_path, old, new, message):
@@ -101,3 +115,28 @@ def test_a_map_that_is_not_there_is_named():
         read_map('nowhere', 'report')
     assert str(error.value) == ("map 'nowhere': a map must be one of bar_grid, free_grid, maze, "
                                 'maze_as_run or a readable file (no such file or directory)')
+
+
+@pytest.mark.parametrize('path, reason', [
+    ('a\0b', 'no file can have this name'), ('\ud800', 'no file can have this name'),
+    ('~nobody-at-all/maze', 'no such user'), ('x' * 5000, 'file name too long'),
+    ('/dev/zero', 'it has more than 32000000 characters'), ('', 'is a directory')])
+def test_a_path_that_is_no_text_file_has_its_reason(path, reason):
+    with pytest.raises(MapError) as error:
+        read_map(path, 'report')
+    assert str(error.value).endswith(f' or a readable file ({reason})')
+
+
+def laughs(levels, text):
+    """Return YAML of a list that stands for 10 ** levels texts."""
+    lists = [f'&a0 "{text}"']
+    for level in range(1, levels + 1):
+        lists.append(f'&a{level} [' + ', '.join([f'*a{level - 1}'] * 10) + ']')
+    return '[' + ', '.join(lists) + ']'
+
+
+@pytest.mark.parametrize('rows', [laughs(12, 'lol'), laughs(3, 'l' * 100_000),
+                                  '[' + "'.'," * 50_000 + ']'])
+def test_a_map_that_would_be_large_in_memory_is_refused(rows):
+    with pytest.raises(MapError, match='YAML may have at most 50000 values, got more in line 6'):
+        parse_map(SMALL.replace("['..G', '.#.']", rows), 'report')

@@ -84,6 +84,21 @@ WRONG = [
     ('iterations: 100', 'trust_rate: 2', 'line 9: trust_rate must lie in [0, 1] where trust is '
      'explicit, got 2.0'),
     (GOOD, 'settings: 3', 'line 1: a sweep needs the key '),
+    ('seeds: 3', 'seeds: ' + '9' * 60,
+     "line 10: a number may have at most 50 characters, got '999"),
+    ('seeds: 3', 'seeds: !!int ""', "line 10: seeds must be a text or a number, got ''"),
+    ('seeds: 3', 'seeds: !!bool x', "line 10: seeds must be a text or a number, got 'x'"),
+    ('seeds: 3', '? !!seq a\n: 3', "line 10: a key must be a text or a number, got 'a'"),
+    ('seeds: 3', 'seeds: "\\UFFFFFFFF"',
+     'line 1: a sweep must be valid YAML, got a number beyond'),
+    (GOOD, f'%YAML {"9" * 5000}.1\n---\na: b', 'line 1: a sweep must be valid YAML, got a number'),
+    (GOOD, '[' * 2000, 'line 1: a sweep must be valid YAML, got too many brackets'),
+    ('iterations: 100', f'iterations: "{"9" * 400}"', 'line 9: iterations must lie in [0, 1000'),
+    ('bar_grid', '"a\\0b"', "line 2: map 'a\\x00b': a map must be one of bar_grid, free_grid, "
+     'maze, maze_as_run or a readable file (no file can have this name)'),
+    ('bar_grid', 'b' * 1001, "line 2: map may have at most 1000 characters, got 'bbb"),
+    ('- optimal', '- file:~nobody-at-all/p', 'line 5: a policy file must be readable, got '
+     "'~nobody-at-all/p' (no such user)"),
     (GOOD, '- a', 'line 1: a sweep must be a table of map, '),
     (GOOD, '', 'line 1: a sweep must be a table of map, profile, mentors, mentor_seeds, budgets, '
      'advising, methods, settings, seeds, got nothing'),
@@ -131,3 +146,19 @@ def test_ten_thousand_runs_are_checked_by_value_and_not_one_by_one():
     begin = time.process_time()
     assert len(parse_sweep(GOOD.replace('seeds: 3', 'seeds: 10000'))) == 80_000
     assert time.process_time() - begin < 5.0
+
+
+def test_settings_that_can_only_be_together_are_checked_together():
+    text = GOOD.replace('temperature: [0.5, 1]', 'trust: explicit\n  trust_rate: [0.5, 1.0]')
+    assert len(parse_sweep(text)) == 24
+    with pytest.raises(SweepFileError, match='line 8: trust_rate must lie in .* got 2.0'):
+        parse_sweep(text.replace('1.0]', '2.0]'))
+
+
+def test_more_runs_than_can_be_counted_are_refused():
+    many = ', '.join(f'0.{k:03}' for k in range(1000))
+    fields = ('discount', 'learning_rate', 'trace_decay', 'trace_floor', 'confidence')
+    text = GOOD.replace('seeds: 3', 'seeds: 1000000').replace(
+        'temperature: [0.5, 1]', '\n  '.join(f'{field}: [{many}]' for field in fields))
+    with pytest.raises(SweepFileError, match='at most 1000000 runs, got 4' + '0' * 21 + '$'):
+        parse_sweep(text)
