@@ -2,6 +2,7 @@
 """The node that learns."""
 
 from dataclasses import asdict, replace
+from pathlib import Path
 import secrets
 import time
 
@@ -93,14 +94,28 @@ class Learner(ActorNode):
         if not request.path:
             response.message = 'the path of the file must be given, got an empty one'
             return response
-        try:
-            save_learning(request.path, self.actor.method, self.actor.memory,
-                          self.actor.advice_heard())
-        except OSError as error:
-            response.message = f'{request.path}: {error.strerror.lower()}'
+        reason = self._write(request.path)
+        if reason:
+            path = request.path if request.path.isprintable() else repr(request.path)
+            response.message = f'{path}: {reason}'
             return response
         response.success, response.digest = True, self.actor.memory.digest()
         return response
+
+    def _write(self, path):
+        """Write what was learned to a file; return why it could not be, or None."""
+        try:
+            place = Path(path).expanduser()
+            if place.exists() and not place.is_file():  # as root, a device would be replaced
+                return 'there is something that is not a file'
+            save_learning(place, self.actor.method, self.actor.memory, self.actor.advice_heard())
+        except OSError as error:
+            return error.strerror.lower()
+        except ValueError:  # a NUL, or half of a character
+            return 'no file can have this name'
+        except RuntimeError:  # ~USER/
+            return 'no such user'
+        return None
 
     def words(self):
         """How it is while all is well."""
