@@ -98,6 +98,8 @@ def declare(node, parameter):
                                        descriptor(parameter)).value
     except (InvalidParameterTypeException, InvalidParameterValueException) as error:
         raise ParameterError(_sentence(node, parameter, error)) from None
+    if value is None:  # rclpy takes the empty list of a file for no value, and no default either
+        raise ParameterError(_sentence(node, parameter, '[]'))
     if parameter.choices and value not in parameter.choices:
         raise ParameterError(f'parameter {parameter.name} must be one of '
                              f'{", ".join(parameter.choices)}, got {value!r}')
@@ -122,12 +124,13 @@ def unknown_overrides(node):
     """Names that were given a value, on the command line or in a file, but mean nothing here."""
     given = getattr(node, '_parameter_overrides', {})
     ours = {parameter.name for parameter in OURS} | set(FIELDS) | ROS
-    return [name for name in given if name not in ours and '.' not in name]
+    return [name for name in given
+            if name not in ours and ('.' not in name or name.partition('.')[0] in ours)]
 
 
 def _sentence(node, parameter, error):
     given = getattr(node, '_parameter_overrides', {}).get(parameter.name)
-    value = error if given is None else repr(given.value)
+    value = error if given is None or given.value is None else repr(given.value)
     if isinstance(error, InvalidParameterValueException):
         return (f'parameter {parameter.name} must lie in [{parameter.low}, {parameter.high}], '
                 f'got {value}')
