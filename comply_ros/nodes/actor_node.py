@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the three nodes share: to listen, to keep, to say, and to tell how they are."""
 
+from rclpy.exceptions import InvalidParameterTypeException
 from rclpy.node import Node
 
 from comply_ros.core.dialogue import Aside, Dropped, Notice, Refused
 from comply_ros.nodes.health import ERROR, Health, OK, STANDS_ASIDE, WARN
-from comply_ros.nodes.parameters import declare, STATE_DIR, unknown_overrides
+from comply_ros.nodes.parameters import declare, ParameterError, STATE_DIR, unknown_overrides
 from comply_ros.nodes.strangers import Strangers
 from comply_ros.nodes.topics import decoder, encoder
 from comply_ros.session.keeping import Keeper
@@ -28,7 +29,10 @@ class ActorNode(Node):
     """
 
     def __init__(self, name, **kwargs):
-        super().__init__(name, **kwargs)
+        try:
+            super().__init__(name, **kwargs)
+        except InvalidParameterTypeException as error:  # of the parameters that every node has
+            raise ParameterError(f'a parameter must be of its type: {error}') from None
         self.actor, self.keeper, self.mistake = None, None, None
         self.health, self._strangers = Health(self), Strangers(self)
         self._state_dir = self.declare(STATE_DIR)

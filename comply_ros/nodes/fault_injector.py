@@ -8,7 +8,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from comply_ros.core.faults import fault_streams, FaultError, Faults, Wire
-from comply_ros.nodes.actor_node import PATIENCE, run_node
+from comply_ros.nodes.actor_node import PATIENCE
 from comply_ros.nodes.parameters import (
     declare,
     FAULTS,

@@ -8,6 +8,7 @@ import sys
 
 import rclpy
 from rclpy.experimental import EventsExecutor
+from rclpy.logging import LoggingSeverity, set_logger_level
 from rclpy.signals import SignalHandlerOptions
 
 from comply_ros.session.interrupts import interrupts
@@ -48,12 +49,14 @@ def _init(argv):
     if strangers:
         raise CommandLineError(f'takes ROS arguments only, got {" ".join(strangers)!r}; '
                                'parameters are given as --ros-args -p NAME:=VALUE')
+    set_logger_level('rcl', LoggingSeverity.FATAL)  # it says the same in a line before ours
     try:
         rclpy.init(args=argv, signal_handler_options=SignalHandlerOptions.NO)
-    except RuntimeError as error:
+    except (RuntimeError, UnicodeError) as error:
         reason = str(error).removeprefix('failed to initialize rcl: ').partition(', at /')[0]
-        raise CommandLineError(
-            f'the arguments after --ros-args must be known and valid: {reason}') from None
+        raise CommandLineError('the arguments after --ros-args must be known and valid: '
+                               f'{" ".join(reason.split())}') from None
+    set_logger_level('rcl', LoggingSeverity.UNSET)
 
 
 def _spin(node, stop):
