@@ -105,10 +105,11 @@ def check_rate(rate):
 
     Raises
     ------
-    ParameterError: if it is so small that a step would take more than a quarter of an hour.
+    ParameterError: if it is nan, or so small that a step would take more than a quarter of an
+        hour.
 
     """
-    if 0.0 < rate < SLOWEST:
+    if rate != 0.0 and not rate >= SLOWEST:  # nor is nan a rate
         raise ParameterError(f'parameter rate must be 0.0 or at least {SLOWEST}, got {rate}')
 
 
