@@ -15,13 +15,14 @@ from comply_ros.core.mentors import MentorError
 from comply_ros.core.methods import METHODS
 from comply_ros.core.policy import format_policy, parse_policy, PolicyError
 from comply_ros.core.world import World
+from comply_ros.experiments import lined_yaml
 from comply_ros.experiments.lined_yaml import SweepFileError
 from comply_ros.experiments.runs import check_run
 from comply_ros.experiments.sweep_file import MOST_RUNS, parse_sweep, read_sweep
 from comply_ros.session.maps import parse_map, read_map
 from comply_ros.session.mentors import mentor_policy, read_spec
 
-settings.register_profile('fuzz', deadline=None, max_examples=150, database=None,
+settings.register_profile('fuzz', deadline=None, max_examples=400, database=None,
                           derandomize=os.environ.get('CI') == 'true',
                           suppress_health_check=list(HealthCheck))
 fuzz = settings(settings.get_profile('fuzz'))
@@ -185,7 +186,7 @@ def test_the_text_of_a_policy_is_a_policy_or_an_error_of_one_line(text):
 @given(st.one_of(st.text(), spoiled(SWEEP)))
 @example(SWEEP.replace('seeds: 3', 'seeds: 3\n%'))
 def test_the_text_of_a_sweep_is_runs_that_can_be_or_an_error_of_one_line(text):
-    sweep = outcome(parse_sweep, SweepFileError, text)
+    sweep = outcome(parse_sweep, SweepFileError, text, longest=LONGEST + lined_yaml.LONGEST)
     if sweep is not None:
         assert 1 <= len(sweep) <= MOST_RUNS
         runs = [sweep.run(number) for number in {0, len(sweep) // 2, len(sweep) - 1}]
