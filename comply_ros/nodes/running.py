@@ -8,7 +8,7 @@ import sys
 
 import rclpy
 from rclpy.experimental import EventsExecutor
-from rclpy.logging import LoggingSeverity, set_logger_level
+from rclpy.logging import get_logger_level, LoggingSeverity, set_logger_level
 from rclpy.signals import SignalHandlerOptions
 
 from comply_ros.session.interrupts import interrupts
@@ -56,7 +56,8 @@ def _init(argv):
         reason = str(error).removeprefix('failed to initialize rcl: ').partition(', at /')[0]
         raise CommandLineError('the arguments after --ros-args must be known and valid: '
                                f'{" ".join(reason.split())}') from None
-    set_logger_level('rcl', LoggingSeverity.UNSET)
+    if get_logger_level('rcl') == LoggingSeverity.FATAL:  # and not what --log-level rcl:= says
+        set_logger_level('rcl', LoggingSeverity.UNSET)
 
 
 def _spin(node, stop):
