@@ -18,6 +18,7 @@ from comply_ros.nodes.parameters import (
     TOPICS,
     unknown_overrides,
 )
+from comply_ros.nodes.running import run_node
 
 LOOK = 0.1  # seconds between looks for who speaks on the topics
 TICK = 0.002  # seconds between looks at messages that are late, while there are any
@@ -53,7 +54,6 @@ class FaultInjector(Node):
         self.create_timer(LOOK, self._look)
         self._ticks = self.create_timer(TICK, self._say_due)
         self._ticks.cancel()
-        self.context.on_shutdown(self._summarize)
         for unknown in unknown_overrides(self):
             self.get_logger().warning(f'parameter {unknown!r} is unknown and has no effect')
 
@@ -106,8 +106,8 @@ class FaultInjector(Node):
         if is_empty != self._ticks.is_canceled():
             (self._ticks.cancel if is_empty else self._ticks.reset)()
 
-    def _summarize(self):
-        """Log what happened on each topic."""
+    def leave(self):
+        """Log what happened on each topic: the node ends."""
         for name, wire in self.wires.items():
             self.get_logger().info(f'{name}: ' + ', '.join(
                 f'{count} {what}' for what, count in wire.counts.items()))
