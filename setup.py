@@ -18,6 +18,7 @@ setup(
         ('share/comply_ros', ['package.xml']),
         ('share/comply_ros/launch', glob('launch/*.launch.py')),
         ('share/comply_ros/config', glob('config/*.yaml')),
+        ('share/comply_ros/config/security', glob('config/security/*.policy.xml')),
     ],
     python_requires='>=3.11',
     zip_safe=True,

@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The SROS2 policies: each grants what its running node uses, no less and no more."""
+
+from pathlib import Path
+import subprocess
+import sys
+import time
+import xml.etree.ElementTree as ElementTree
+
+from ament_index_python import get_package_share_directory
+from nodes import DEADLINE, wait_until
+import pytest
+import rclpy
+from rclpy.node import Node
+
+from comply_ros.nodes import topics
+from comply_ros.nodes.processes import START
+
+FOLDER = Path(__file__).parents[1] / 'config' / 'security'
+NODES = ('grid_world', 'mentor', 'learner', 'lesson')
+# A mentor that waits for mistakes hears actions too; slow, since it is only looked at.
+LESSON = ('--map', 'bar_grid', '--mentor', 'optimal', '--iterations', '100000', '--rate', '5',
+          '--budget', '20', '--advising', 'mistakes')
+LOOKS = {'publish': Node.get_publisher_names_and_types_by_node,
+         'subscribe': Node.get_subscriber_names_and_types_by_node,
+         'reply': Node.get_service_names_and_types_by_node,
+         'request': Node.get_client_names_and_types_by_node}
+SPEAKS_ON = {
+    'grid_world': (topics.WORLD, topics.STATE, topics.EPISODE),
+    'mentor': (topics.RECOMMENDATION, topics.MENTOR_POLICY),
+    'learner': (topics.ACTION, topics.PROGRESS, topics.TRUST, topics.POLICY)}
+
+
+def policy(name):
+    """Return the root element of the policy file of a node."""
+    return ElementTree.parse(FOLDER / f'{name}.policy.xml').getroot()
+
+
+def granted(name, namespace='/'):
+    """Return the set of (verb, full name) that a policy allows, its ns changed to a namespace."""
+    profile, = policy(name).iterfind('enclaves/enclave/profiles/profile')
+    return {(verb, full_name(each.text, namespace, profile.get('node')))
+            for rule in profile for verb in rule.keys() for each in rule}
+
+
+def full_name(name, namespace, node):
+    """Return a name as sros2 resolves it in a profile."""
+    if name.startswith('/'):
+        return name
+    start = namespace.rstrip('/') + '/'
+    return start + (f'{node}{name[1:]}' if name.startswith('~') else name)
+
+
+def used(node, name, namespace):
+    """Return the set of (verb, full name) that the graph shows of a node."""
+    if (name, namespace) not in node.get_node_names_and_namespaces():
+        return set()
+    return {(verb, each) for verb, look in LOOKS.items()
+            for each, _ in look(node, name, namespace)}
+
+
+def differences(node, namespace):
+    """Return what is granted and not used, and used and not granted, by node."""
+    found = {}
+    for name in NODES:
+        allowed, seen = granted(name, namespace), used(node, name, namespace)
+        if allowed != seen:
+            found[name] = {'not used': allowed - seen, 'not granted': seen - allowed}
+    return found
+
+
+@pytest.fixture(params=['/', '/second'])
+def namespace(request, domain, tmp_path):
+    """Return the namespace in which the four nodes are running, as processes of a lesson."""
+    lesson = subprocess.Popen(
+        [sys.executable, '-c', START.format('lesson'), *LESSON, '--out', str(tmp_path),
+         '--namespace', request.param.strip('/')], stderr=subprocess.DEVNULL)
+    log = tmp_path / 'learner.log'
+    try:
+        wait_until(lambda: log.exists() and 'begins to learn' in log.read_text(), 'learning')
+        yield request.param
+    finally:
+        lesson.terminate()
+        lesson.wait(30)
+
+
+@pytest.fixture
+def node(namespace):
+    """Return a node of the test's own, made when the others are complete."""
+    context = rclpy.Context()
+    rclpy.init(context=context)
+    yield Node('test', context=context)
+    rclpy.try_shutdown(context=context)
+
+
+def test_a_policy_grants_exactly_what_its_running_node_uses(node, namespace):
+    end = time.monotonic() + DEADLINE / 2
+    while (found := differences(node, namespace)) and time.monotonic() < end:
+        time.sleep(0.01)
+    assert found == {}
+
+
+@pytest.mark.parametrize('name, topic', [
+    (name, topic.name) for name, spoken in SPEAKS_ON.items() for topic in spoken])
+def test_on_a_topic_its_node_may_speak_and_no_other(name, topic):
+    assert [each for each in NODES if ('publish', f'/{topic}') in granted(each)] == [name]
+
+
+def test_every_topic_has_the_node_that_speaks_on_it():
+    assert sorted(topic.name for spoken in SPEAKS_ON.values() for topic in spoken) == sorted(
+        each.name for each in vars(topics).values() if isinstance(each, topics.Topic))
+
+
+@pytest.mark.parametrize('name', NODES)
+def test_a_policy_is_one_enclave_with_one_node_and_no_wildcard(name):
+    root = policy(name)
+    enclave, = root.iterfind('enclaves/enclave')
+    profile, = enclave.iterfind('profiles/profile')
+    assert root.get('version') == '0.2.0'
+    assert enclave.get('path') == f'/{name}'
+    assert (profile.get('ns'), profile.get('node')) == ('/', name)
+    assert {value for rule in profile for value in rule.attrib.values()} == {'ALLOW'}
+    assert not any('*' in full for _, full in granted(name))
+
+
+def test_the_policies_are_installed():
+    folder = Path(get_package_share_directory('comply_ros')) / 'config' / 'security'
+    assert {path.name for path in folder.iterdir()} == {f'{name}.policy.xml' for name in NODES}
+    for path in folder.iterdir():
+        assert path.read_bytes() == (FOLDER / path.name).read_bytes()
