@@ -19,6 +19,8 @@ ARGUMENTS = (
     ('profile', '', "settings of the report's text, or of the published runs"),
     ('namespace', '', 'of the three nodes, for a second robot'),
     ('params_file', DEFAULT_FILE, 'further parameters; the arguments above win'),
+    ('state_dir', '', 'folder in which the nodes keep what they need to go on after a kill'),
+    ('respawn', 'false', 'start a node again that has ended; with state_dir nothing is lost'),
     ('log_level', 'info', 'how much the nodes say'),
 )
 CHOICES = {
@@ -28,20 +30,21 @@ CHOICES = {
         'constant_lambda', 'vanishing_lambda', 'beta_implicit_lambda', 'explicit_lambda',
         'pi_reuse', 'policy_shaping', 'jump_start', 'head_start'],
     'profile': ['', 'report', 'published'],
+    'respawn': ['true', 'false'],
     'log_level': ['debug', 'info', 'warn', 'error', 'fatal'],
 }
 # Each node, and the arguments that set parameters of it.
 NODES = {
-    'grid_world': ('map', 'profile', 'seed'),
-    'mentor': ('mentor',),
-    'learner': ('method', 'profile', 'seed'),
+    'grid_world': ('map', 'profile', 'seed', 'state_dir'),
+    'mentor': ('mentor', 'state_dir'),
+    'learner': ('method', 'profile', 'seed', 'state_dir'),
 }
 
 
 def nodes(context):
-    """Return the three nodes; where one ends, all end."""
+    """Return the three nodes; where one ends it is started again, or all end."""
     given = {name: LaunchConfiguration(name).perform(context) for name, _, _ in ARGUMENTS}
-    started = []
+    respawns, started = given['respawn'] == 'true', []
     for name, arguments in NODES.items():
         values = {each: ParameterValue(LaunchConfiguration(each),
                                        value_type=None if each == 'seed' else str)
@@ -49,8 +52,9 @@ def nodes(context):
         started.append(Node(
             package='comply_ros', executable=name, name=name, namespace=given['namespace'],
             parameters=[given['params_file'], values],  # the file first, so that arguments win
-            arguments=['--ros-args', '--log-level', given['log_level']],
-            output='screen', emulate_tty=True, on_exit=Shutdown(reason=f'{name} has ended')))
+            arguments=['--ros-args', '--enclave', f'/{name}', '--log-level', given['log_level']],
+            output='screen', emulate_tty=True, respawn=respawns, respawn_delay=0.5,
+            on_exit=None if respawns else Shutdown(reason=f'{name} has ended')))
     return started
 
 

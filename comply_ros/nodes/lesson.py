@@ -112,7 +112,8 @@ def run(options):
         raise MethodError('a namespace is made of letters, digits, _ and /, '
                           f'got {options.rest.namespace!r}')
     yardstick = Yardstick(World(options.grid))  # before the learning: it finds maps without end
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    rclpy.init(args=['lesson', '--ros-args', '--enclave', '/lesson'],
+               signal_handler_options=SignalHandlerOptions.NO)
     try:
         with interrupts() as stop, topics_held(options.rest.namespace):
             advice, outcome = hold(options, stop)

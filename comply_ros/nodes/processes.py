@@ -44,7 +44,7 @@ class NodeProcess:
         with self.log.open('ab') as output:
             self._process = subprocess.Popen(
                 [sys.executable, '-P', '-c', CHILD.format(self.name, os.getpid()),
-                 '--ros-args', *self._arguments],
+                 '--ros-args', '--enclave', f'/{self.name}', *self._arguments],
                 stdout=output, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL,
                 start_new_session=True)  # Ctrl-C is for the lesson, which then ends its nodes
 
