@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`lesson`: the three nodes as processes, started, watched, and ended with their results."""
 
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 import fcntl
 import os
 from pathlib import Path
@@ -91,8 +91,8 @@ def running(options):
             process.wait()
 
 
-def main(argv):
-    """Run the command; return the exit code."""
+def lesson_parser():
+    """`ArgumentParser` of a lesson."""
     parser = session_parser('lesson', 'Teach a learner over topics, in three processes.')
     parser.add_argument('--namespace', default='', metavar='NAME',
                         help='of the three nodes, for a second lesson at the same time')
@@ -100,7 +100,12 @@ def main(argv):
                         help='steps per second, to watch; 0: as fast as it goes (default)')
     parser.add_argument('--respawn', action='store_true',
                         help='start a node again that was killed: nothing is lost')
-    return main_with(parser, run, argv)
+    return parser
+
+
+def main(argv):
+    """Run the command; return the exit code."""
+    return main_with(lesson_parser(), run, argv)
 
 
 def run(options):
@@ -112,22 +117,36 @@ def run(options):
         raise MethodError('a namespace is made of letters, digits, _ and /, '
                           f'got {options.rest.namespace!r}')
     yardstick = Yardstick(World(options.grid))  # before the learning: it finds maps without end
-    rclpy.init(args=['lesson', '--ros-args', '--enclave', '/lesson'],
-               signal_handler_options=SignalHandlerOptions.NO)
     try:
-        with interrupts() as stop, topics_held(options.rest.namespace):
-            advice, outcome = hold(options, stop)
+        advice, outcome = hold(options)
     except (NodeDied, LessonFailed) as failure:
         print(f'lesson: {failure}', file=sys.stderr)
         return 1
-    finally:
-        rclpy.try_shutdown()
     end_session(options, yardstick, advice, [outcome], paint_here)
     return 0
 
 
-def hold(options, stop):
-    """Return the mentor's advice and the outcome of a lesson in three processes."""
+def hold(options, disturbing=nullcontext):
+    """
+    Return the mentor's advice and the outcome of a lesson in three processes.
+
+    disturbing: called with the processes, a context that disturbs them while they learn.
+
+    Raises
+    ------
+    NodeDied, LessonFailed: if there is no outcome.
+
+    """
+    rclpy.init(args=['lesson', '--ros-args', '--enclave', '/lesson'],
+               signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        with interrupts() as stop, topics_held(options.rest.namespace):
+            return _hold(options, stop, disturbing)
+    finally:
+        rclpy.try_shutdown()
+
+
+def _hold(options, stop, disturbing):
     with progress_bar() as bar:
         task = bar.add_task(options.method, total=options.row.iterations, now='looks around')
         observer = Observer(options.rest.namespace, lambda said: bar.update(
@@ -137,7 +156,7 @@ def hold(options, stop):
         executor.add_node(observer)
         make_sure_to_be_alone(observer, executor, stop)
         bar.update(task, now='starts')
-        with running(options) as processes:
+        with running(options) as processes, disturbing(processes):
             observer.follow(processes)
             return watch(options, observer, executor, processes, stop,
                          lambda text: bar.update(task, now=text))

@@ -89,6 +89,12 @@ class NodeProcess:
         lines = self.log.read_text(errors='replace').splitlines()[-LAST_LINES:]
         return '\n'.join(f'    {line}' for line in lines) or '    (it printed nothing)'
 
+    def kill(self):
+        """Kill the node as `kill -9` does; return whether it was alive."""
+        alive = self._process.poll() is None
+        self._process.send_signal(signal.SIGKILL)
+        return alive
+
     def interrupt(self):
         """Ask the node to end, as Ctrl-C does."""
         if self._process.poll() is None:
