@@ -31,8 +31,8 @@ LESSONS = (
     ('--method', 'vanishing', '--mentor', 'noisy:0.3', '--budget', '40', '--advising', 'mistakes'),
     ('--method', 'watkins', '--mentor', 'none'),
 )
-LESSON = ('--map', 'bar_grid', '--iterations', '40', '--respawn')
-LONGEST = 1.6  # seconds between two kills, at most: a node needs about half a second to start
+LESSON = ('--map', 'bar_grid', '--iterations', '3', '--respawn')
+LONGEST = 2.4  # seconds between two kills, at most: a node needs about half a second to start
 
 
 class Killer:

@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which question may be the next, and what happens to the others."""
+
+import pytest
+from test_conversation import state
+from worlds import room
+
+from comply_ros.core.dialogue import Aside, Notice, Refused
+from comply_ros.core.turns import OF_ANOTHER, Turns
+
+ROOM = room()
+
+
+def after(*asked, **settings):
+    """Return the turns of one that has answered these questions."""
+    turns = Turns(**settings)
+    for each in asked:
+        turns.take(each)
+    return turns
+
+
+def test_who_has_answered_nothing_takes_any_question():
+    assert Turns().remark(state(episode=9, step=3, s=4), ROOM) is None
+
+
+@pytest.mark.parametrize('said', [state(step=1, s=1), state(step=1, s=3)])
+def test_the_next_question_is_one_move_away(said):
+    assert after(state()).remark(said, ROOM) is None
+
+
+@pytest.mark.parametrize('said', [
+    state(), state(step=3, s=1), state(episode=2), state(episode=2, step=1, s=1),
+    state(episode=4_000_000_000)])
+def test_any_other_turn_is_refused_however_often_it_is_asked(said):
+    turns = after(state(step=0), state(step=1, s=1))
+    for _ in range(5):
+        remark = turns.remark(said, ROOM)
+        assert (type(remark), remark.kind) == (Refused, 'question out of turn')
+        turns.look()
+
+
+def test_after_the_end_of_an_episode_comes_the_next_and_nothing_else():
+    turns = after(state(step=1, s=8, terminated=True))
+    assert turns.remark(state(step=2, s=7), ROOM).kind == 'question out of turn'
+    assert turns.remark(state(episode=2), ROOM) is None
+
+
+def test_who_does_not_hear_every_end_takes_the_next_episode_at_any_time():
+    assert after(state(), sees_ends=False).remark(state(episode=2), ROOM) is None
+    assert after(state(), sees_ends=False).remark(state(episode=3), ROOM) is not None
+
+
+def test_a_jump_is_taken_when_it_is_asked_again_and_nothing_came_between():
+    turns = after(state())
+    jump, move = state(step=1, s=8), state(step=1, s=1)
+    assert turns.remark(jump, ROOM).reason == (
+        'a state must be one move from the last, 0, got 8: does this world move as it is '
+        'described?')
+    assert turns.remark(move, ROOM) is None  # the true question
+    assert turns.remark(jump, ROOM).kind == 'state out of reach'
+    assert turns.remark(jump, ROOM) is None  # a world that moves otherwise
+
+
+def test_a_gap_is_taken_only_by_who_may_lack_something_and_only_after_a_while():
+    turns = after(state())
+    turns.may_lack = True
+    late = state(step=7, s=4)
+    for _ in range(3):
+        assert turns.remark(late, ROOM).kind == 'question out of turn'
+    turns.look()
+    notice = turns.remark(late, ROOM)
+    assert notice == Notice('its journal ends at turn (1, 0), the world is at (1, 7): what lay '
+                            'between is lost, goes on')
+    turns.take(late)
+    assert turns.remark(state(step=20, s=4), ROOM).kind == 'question out of turn'
+
+
+def test_the_next_question_ends_the_doubt_that_something_is_missing():
+    turns = after(state())
+    turns.may_lack = True
+    assert turns.remark(state(step=1, s=1), ROOM) is None
+    assert not turns.may_lack
+
+
+def test_one_learner_too_many_stands_aside_after_a_score_of_turns_of_another():
+    turns = Turns()
+    for step in range(OF_ANOTHER - 1):
+        for _ in range(3):  # repetitions do not count
+            assert turns.leave(state(step=step)._replace(learner=5), 6) == ()
+    aside, = turns.leave(state(step=OF_ANOTHER)._replace(learner=5), 6)
+    assert aside == Aside('learner 5 came first and keeps run 7: this one, 6, stands aside; end '
+                          'it, or give it a world of its own')
+    assert turns.aside
+
+
+def test_an_answer_of_its_own_ends_the_count_of_the_turns_of_another():
+    turns = Turns()
+    for step in range(OF_ANOTHER - 1):
+        turns.leave(state(step=step)._replace(learner=5), 6)
+    turns.take(state(step=OF_ANOTHER))
+    assert turns.leave(state(step=OF_ANOTHER + 1)._replace(learner=5), 6) == ()

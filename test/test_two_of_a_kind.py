@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Two learners or two worlds on the same topics: the first goes on, the second stands aside."""
+
+from dataclasses import replace
+
+import pytest
+from test_conversation import advice, HERE, ROOM, ROW, RUN, state
+
+from comply_ros.core.dialogue import Action, ANYONE, Aside, Refused
+from comply_ros.core.learner_actor import LearnerActor
+from comply_ros.core.turns import OF_ANOTHER
+from comply_ros.core.world_actor import RELEASE, REMARKS, WorldActor
+
+
+def alone(number):
+    """Return a learner that needs no mentor and knows the room."""
+    actor = LearnerActor(replace(ROW, trust='none'), seed=0, number=number)
+    actor.hear_world(HERE)
+    return actor
+
+
+def world(run=RUN, began=0.0):
+    """Return a room that asks its first question."""
+    return WorldActor(ROOM, 'room', run, seed=0, began=began)
+
+
+def talk(one, other):
+    """Let two worlds hear what they say of themselves until nothing is left; return all of it."""
+    said, waiting = [], [(other, one.description), (one, other.description)]
+    while waiting:
+        listener, description = waiting.pop(0)
+        for reply in listener.hear_world(description):
+            said.append(reply)
+            if reply == listener.description:
+                waiting.append((one if listener is other else other, reply))
+        assert len(said) < 50
+    return said
+
+
+def test_a_run_keeps_the_first_learner_and_refuses_others():
+    here, first, second = world(), alone(5), alone(6)
+    question = here.question
+    assert question.learner == ANYONE
+    (one,), (two,) = first.hear_state(question), second.hear_state(question)
+    following, = here.hear_action(one)
+    assert following.learner == 5
+    refused, = here.hear_action(two)
+    assert refused.reason == ('an action must come from learner 5, which keeps this run, got 6: '
+                              'is there a second one?')
+    assert here.question is following
+
+
+def test_the_second_learner_learns_nothing_says_nothing_and_stands_aside():
+    here, first, second = world(), alone(5), alone(6)
+    digest, said = second.memory.digest(), []
+    while not said:
+        question = here.question
+        said = second.hear_state(question._replace(learner=5))
+        action, = first.hear_state(question)[:1]
+        here.hear_action(action)
+    assert [type(each) for each in said] == [Aside]
+    assert second.memory.digest() == digest
+    assert second.hear_state(here.question._replace(learner=ANYONE)) == ()
+    assert here.question.learner == 5
+    assert first.student.steps >= OF_ANOTHER - 5
+
+
+def test_a_run_whose_learner_gives_no_sign_takes_another():
+    here = world()
+    here.hear_action(Action(RUN, 1, 0, 1, False, 0.0, 5))
+    asked, = here.ask_again(RELEASE - 0.1)
+    assert asked.learner == 5
+    description, asked = here.ask_again(RELEASE + 0.1)
+    assert (description, asked.learner) == (here.description, ANYONE)
+    action, = alone(6).hear_state(asked)
+    assert here.hear_action(action)[-1].learner == 6
+
+
+def test_a_learner_that_waits_for_advice_gives_a_sign_of_life():
+    actor = LearnerActor(ROW, seed=0, number=5)
+    actor.hear_world(HERE)
+    actor.hear_state(state())
+    first, = actor.hear_recommendation(advice())
+    assert actor.hear_state(state(step=1, s=3, reward=-1.0)) == ()
+    assert actor.hear_state(state(step=1, s=3, reward=-1.0)) == (first,)
+    here = world()
+    here.hear_action(first)
+    here.hear_action(first)
+    assert here.signs == 1
+
+
+def test_without_advice_in_time_the_learner_goes_on_as_with_none():
+    waiting, without = (LearnerActor(ROW, seed=0) for _ in range(2))
+    for actor in (waiting, without):
+        actor.hear_world(HERE)
+        actor.hear_state(state())
+    assert waiting.go_without_advice() == without.hear_recommendation(advice(action=-1))
+    assert waiting.go_without_advice() == ()  # nothing is open now
+    assert waiting.memory.digest() == without.memory.digest()
+    waiting.hear_recommendation(advice(action=3))  # it comes late, and counts the next time
+    waiting.hear_state(state(step=1, s=3, reward=-1.0))
+    waiting.go_without_advice()
+    assert len(waiting.hear_state(state(step=2, s=0, reward=-1.0))) == 1
+
+
+@pytest.mark.parametrize('began', [(10.0, 20.0), (20.0, 10.0)])
+def test_of_two_worlds_without_answers_the_first_goes_on(began):
+    one, other = world(7, began[0]), world(8, began[1])
+    first, second = (one, other) if began[0] < began[1] else (other, one)
+    said = talk(one, other)
+    assert (first.aside, second.aside) == (False, True)
+    aside, = (each for each in said if isinstance(each, Aside))
+    assert f"another world, 'room', came first and keeps these topics for its run " \
+           f'{first.description.run}' in aside.reason
+    assert second.ask_again(10.0) == ()
+    assert second.hear_action(Action(second.question.run, 1, 0, 1, False, 0.0)) == ()
+
+
+@pytest.mark.parametrize('began', [(10.0, 20.0), (20.0, 10.0)])
+def test_a_world_that_is_answered_goes_on_whatever_the_clocks_say(began):
+    here, other = world(7, began[0]), world(8, began[1])
+    here.hear_action(Action(7, 1, 0, 1, False, 0.0, 5))
+    talk(here, other)
+    assert (here.aside, other.aside) == (False, True)
+
+
+def test_the_ghost_of_a_world_that_is_gone_is_answered_once_and_then_ignored():
+    here = world(8, 20.0)
+    assert here.hear_world(HERE) == (here.description,)
+    assert not here.aside
+
+
+def test_a_world_that_is_answered_does_not_argue_for_ever():
+    here = world()
+    here.hear_action(Action(RUN, 1, 0, 1, False, 0.0, 5))
+    said = [here.hear_world(HERE._replace(run=8)) for _ in range(REMARKS + 5)]
+    assert [len(each) for each in said] == [2] * REMARKS + [0] * 5
+    assert said[0][0] == Refused('another world', 'run 8 of another world speaks here too: it is '
+                                 'told to stand aside')
+
+
+def test_what_is_no_world_is_no_reason_to_stand_aside():
+    here = world(8, 20.0)
+    for _ in range(3):
+        with pytest.raises(ValueError, match='sha256 must be that of the world'):
+            here.hear_world(HERE._replace(step_limit=51))
+    assert not here.aside
+
+
+@pytest.mark.parametrize('confidence', [-0.1, 1.1, float('nan'), float('inf')])
+def test_a_confidence_that_is_no_probability_is_refused(confidence):
+    here = world()
+    refused, = here.hear_action(Action(RUN, 1, 0, 1, True, confidence))
+    assert refused.reason == f'a confidence must lie in [0, 1], got {confidence}'
