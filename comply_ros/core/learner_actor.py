@@ -124,6 +124,9 @@ class LearnerActor:
             return f'a recommendation in state {self.asked.state}: is a mentor running?'
         if self._turns.left:
             return 'its turn: another learner is asked in this run'
+        if self._turns.late and not self.finished:
+            return (f'a state after turn {self._turns.answered}: the world asks about turn '
+                    f'{self._turns.late} again; has it lost the end of its state?')
         return None
 
     def hear_state(self, said):

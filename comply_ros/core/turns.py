@@ -24,13 +24,14 @@ class Turns:
         lost with a machine that loses power.
     aside: whether another learner has this run.
     left: questions in a row that were left to another learner.
+    late: turn of a question long past, where no later one came since; None otherwise.
 
     """
 
     def __init__(self, sees_ends=True):
         self._sees_ends = sees_ends
         self.answered, self.ended, self.state = NOT_YET, False, None
-        self.may_lack, self.aside, self.left = False, False, 0
+        self.may_lack, self.aside, self.left, self.late = False, False, 0, None
         self._doubted, self._looked, self._left = None, False, None
 
     def look(self):
@@ -39,11 +40,12 @@ class Turns:
 
     def take(self, asked):
         """Remember that a question is answered now."""
-        self.answered, self.state, self.left = turn(asked), asked.state, 0
+        self.answered, self.state, self.left, self.late = turn(asked), asked.state, 0, None
         self.ended = asked.terminated or asked.truncated
 
     def too_late(self, here):
         """Return `Dropped` for a question of a turn long past."""
+        self.late = here
         return Dropped('state too late', f'dropped a state of turn {here}: it came late, or twice')
 
     def leave(self, said, number):
