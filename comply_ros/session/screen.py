@@ -48,6 +48,16 @@ def show_table(summary, seeds, pictures):
         console.print(f'  {path}', soft_wrap=True)
 
 
+def show_columns(heads, rows):
+    """Print rows of text under their heads: names to the left, numbers to the right."""
+    table = Table(box=None, padding=(0, 2, 0, 0))
+    for number, head in enumerate(heads):
+        table.add_column(head, justify='right' if number else 'left')
+    for row in rows:
+        table.add_row(*row)
+    console.print(table)
+
+
 def _percent(optimality):
     return '' if optimality is None else f', {optimality:.1%} optimal'
 
