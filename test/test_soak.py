@@ -2,6 +2,7 @@
 """The soak: what the nodes hold stays as it is, and a node that leaks is caught."""
 
 import os
+from pathlib import Path
 import random
 import re
 import signal
@@ -81,11 +82,12 @@ def test_ctrl_c_ends_a_soak_and_its_nodes(tmp_path):
                                stderr=subprocess.PIPE, text=True, start_new_session=True)
     logs = [tmp_path / f'{name}.log' for name in ('grid_world', 'mentor', 'learner')]
     wait_until(lambda: all(log.exists() and 'ready' in log.read_text() for log in logs), 'nodes')
+    ids = Path(f'/proc/{process.pid}/task/{process.pid}/children').read_text().split()
     process.send_signal(signal.SIGINT)
     said = process.communicate(timeout=30)[1]
     assert process.returncode == 130
     assert said.endswith('soak: interrupted\n') and 'Traceback' not in said
-    assert not os.path.exists(f'/proc/{process.pid}')
+    assert len(ids) == 3 and not any(os.path.exists(f'/proc/{pid}') for pid in ids)
 
 
 @pytest.mark.parametrize('argv, message', [

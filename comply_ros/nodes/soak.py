@@ -107,12 +107,13 @@ def held(readings, after):
 def main(argv):
     """Run the command; return the exit code."""
     parser = session_parser('soak', 'Let the three nodes learn for long, and see that none of '
-                            'them holds more memory for it.')
+                            'them holds more memory for it. Nothing is left, unless --out says '
+                            'where.')
     add = parser.add_argument
     add('--steps', type=int, default=STEPS, metavar='N', help='(default: %(default)s)')
     add('--after', type=int, default=AFTER, metavar='N',
         help='so many first steps do not count (default: %(default)s)')
-    add('--stateless', action='store_false', dest='respawn',
+    add('--stateless', action='store_false', dest='respawn',  # nodes of `--respawn` keep a state
         help='without a state_dir, in which the nodes otherwise keep what they learn')
     with tempfile.TemporaryDirectory(prefix='comply_ros-soak-') as folder:
         parser.set_defaults(out=folder, namespace=f'soak_{os.getpid()}', rate=0.0)
