@@ -151,8 +151,7 @@ class LearnerActor:
         if here < self._turns.answered:
             return (self._turns.too_late(here),)
         if here == self._turns.answered or self.asked and here == turn(self.asked):
-            answer = self._respondent.answer  # while it waits, the last one is a sign of life
-            return (answer,) if answer else ()
+            return self._respondent.again(waits=here != self._turns.answered)
         if said.learner not in (ANYONE, self.number):
             return self._turns.leave(said, self.number)
         remark = self._turns.remark(said, self.world)

@@ -26,6 +26,8 @@ class Respondent:
     student: the `Student`, None before there is a world.
     last: the `StateReward` that was answered last, None before.
     answer: the `Action` that it was answered with; None where the learning is over.
+    advised: the last `Action` in a state that a mentor advises in. A mentor that watches waits
+        for it, and can miss it: at a goal the next `Action` follows without a word of the mentor.
     reports: the last `Progress` said.
 
     """
@@ -38,7 +40,7 @@ class Respondent:
 
     def forget_the_run(self):
         """Change into one that has answered nothing yet; what was learned stays."""
-        self.last, self.answer = None, None
+        self.last, self.answer, self.advised = None, None, None
         self._action, self._advice = NO_ACTION, NO_ACTION
 
     def begin(self, world):
@@ -62,8 +64,18 @@ class Respondent:
         if asked.terminated or asked.truncated:
             return self._end_episode(asked)
         followed = advice != NO_ACTION and u[0] < p
-        self.answer = Action(*asked[:3], a, followed, p, self.number)
+        self.answer = self.advised = Action(*asked[:3], a, followed, p, self.number)
         return (self.answer,)
+
+    def again(self, waits):
+        """
+        Return the answer to a question that is repeated.
+
+        waits: whether it still waits for advice. Then it gives a sign of life, the last answer
+            that a mentor may wait for.
+        """
+        said = waits and self.advised or self.answer
+        return (said,) if said else ()
 
     def _learn_from(self, asked, a):
         """Change the memory by the step that led here, if it is known where it began."""
@@ -78,6 +90,8 @@ class Respondent:
     def _end_episode(self, asked):
         """Return the `Action` that lets the next episode begin, and the `Progress` if any."""
         self.answer = Action(*asked[:3], NO_ACTION, False, 0.0, self.number)
+        if not asked.terminated:
+            self.advised = self.answer
         progress = self.student.end_episode()
         if progress is None:
             return (self.answer,)
@@ -93,7 +107,8 @@ class Respondent:
         student, arrays = self.student.state()
         return {'number': self.number, 'draws': self._draws.used, 'student': student,
                 'last': self.last, 'action': self._action, 'advice': self._advice,
-                'answer': self.answer, 'reports': list(self.reports)}, arrays
+                'answer': self.answer, 'advised': self.advised,
+                'reports': list(self.reports)}, arrays
 
     def restore(self, facts, arrays):
         """Change into what a state was, in the world that it was in."""
@@ -102,5 +117,6 @@ class Respondent:
         self._draws.skip_to(facts['draws'])
         self.student.restore(facts['student'], arrays)
         self.last = facts['last'] and StateReward(*facts['last'])
-        self.answer = facts['answer'] and Action(*facts['answer'])
+        self.answer, self.advised = (
+            facts[name] and Action(*facts[name]) for name in ('answer', 'advised'))
         self.reports.extend(Progress(*each) for each in facts['reports'])
