@@ -44,21 +44,22 @@ class Records:
         """
         Return the tuples in bytes, and how many of the bytes they take: up to the last whole one.
 
-        What a kill or a loss of power leaves at the end, part of a record or zeros, is left out.
+        What a kill or a loss of power leaves at the end, part of a record, zeros, or both, is left
+        out.
 
         Raises
         ------
         DamagedError: if a whole record does not fit its checksum.
 
         """
-        told, place = [], 0
+        told, place, filled = [], 0, len(content.rstrip(b'\0'))
         while place < len(content):
             record = self._next(content, place)
             if record is None:
                 break
             said, size, seal = record
             expected = crc32(content[place:place + size], self._sum)
-            if expected != seal and not any(content[place:]):
+            if expected != seal and filled < place + size + SEAL.size:
                 break
             if expected != seal:
                 raise DamagedError(f'record {len(told) + 1} at byte {place} does not fit its '
