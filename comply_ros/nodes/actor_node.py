@@ -96,7 +96,10 @@ class ActorNode(Node):
 
     def answer(self, utterances):
         """Keep what the actor was told, if that can be, and then say the reply; else pause."""
-        if not utterances:
+        if not utterances or self.mistake:  # which ends it: what was kept stays as it is
+            return
+        if self._unsaid is not None:
+            self._unsaid = (*self._unsaid, *utterances)
             return
         if self.keeper is None:
             self.actor.told.clear()
@@ -121,21 +124,26 @@ class ActorNode(Node):
 
     def _keep(self):
         """Return whether what the actor was told is kept now; the journal is made anew if due."""
+        try:
+            self._keep_all()
+        except OSError as error:
+            self._pause(error)
+            return False
+        if self.keeper.is_due():
+            self._renew()
+        return True
+
+    def _keep_all(self):
+        """Keep what the actor was told; raises OSError, and the next call does what is left."""
         actor, keeper = self.actor, self.keeper
         try:
             if actor.begins:
                 keeper.begin(*actor.state())
                 actor.begins = False
-            elif actor.told:
+            else:
                 keeper.keep(actor.told)
-        except OSError as error:
-            self._pause(error)
-            return False
         finally:
-            actor.told.clear()
-        if keeper.is_due():
-            self._renew()
-        return True
+            actor.told.clear()  # the state has it, or the keeper
 
     def _renew(self):
         """Write a new snapshot; where that cannot be, the journal goes on."""
@@ -162,11 +170,7 @@ class ActorNode(Node):
     def _try_again(self):
         """Keep what could not be kept before, and then say what follows from it."""
         try:
-            if self.actor.begins:
-                self.keeper.begin(*self.actor.state())
-                self.actor.begins = False
-            else:
-                self.keeper.flush()
+            self._keep_all()
         except OSError:
             return  # told when it began
         self._retry.cancel()
@@ -176,7 +180,7 @@ class ActorNode(Node):
 
     def _look(self):
         """Once a second: look at what the actor waits for, at the disk, and who else is there."""
-        if self.actor is None:
+        if self.actor is None or self.mistake:
             return
         if self._unsaid is None:
             if self.keeper and self.keeper.is_lost():

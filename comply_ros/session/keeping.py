@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a node has been told, kept on disk: a snapshot, and a journal of what came since."""
 
-import fcntl
 import json
 import os
 from pathlib import Path
@@ -10,12 +9,22 @@ import time
 
 from comply_ros import __version__
 from comply_ros.core.compiled import fingerprint
+from comply_ros.session.disk import (
+    is_at,
+    may_exist,
+    open_behind,
+    shown,
+    write_names_through,
+    write_through,
+)
+from comply_ros.session.locks import NameLock, TakenError
 from comply_ros.session.records import DamagedError, Records
 from comply_ros.session.results import aside
 from comply_ros.session.snapshots import pack_snapshot, SnapshotError, unpack_snapshot
 
 EVERY = 50_000  # records after which a new snapshot takes the place of the journal
 SYNC = 1.0  # seconds between two times that the disk is told to take what was written
+HEX = '[0-9a-f]' * 16  # of a digest, in the name of a journal
 
 
 class StateError(ValueError):
@@ -50,13 +59,14 @@ class Keeper:
     """
 
     def __init__(self, folder, name, identity, kinds):
-        self._folder, self._name, self._kinds = Path(folder).expanduser(), name, kinds
+        self._name, self._kinds = name, kinds
         self._identity = json.loads(json.dumps(
             {'version': f'{__version__} ({fingerprint()[:8]})', **identity}))
+        self._folder, self._lock = _locked(folder, name)
+        self._snapshot = self._folder / f'{name}.snapshot'
         self._path, self._file, self._records = None, None, None
         self._unwritten, self._count = b'', 0
         self.written, self.size, self.trouble = None, 0, None
-        self._lock = self._locked()
         self._ended, self._closing = Event(), Lock()
         Thread(target=self._sync, daemon=True).start()
 
@@ -69,41 +79,45 @@ class Keeper:
         StateError: if it cannot be read, is damaged, or is not of this node as it is set now.
 
         """
-        path = self._folder / f'{self._name}.snapshot'
-        content = _read(path)
+        content = _read(self._snapshot)
         if content is None:
             return None
         try:
             digest, facts, arrays = unpack_snapshot(content)
         except SnapshotError as error:
-            raise StateError(f'{path} {error}: move it away to begin anew') from None
-        self._check(path, facts.pop('identity'))
-        self.written = path.stat().st_mtime
+            raise StateError(f'{shown(self._snapshot)} {error}: move it away to begin '
+                             'anew') from None
+        self._check(facts.pop('identity'))
+        self.written = self._snapshot.stat().st_mtime
         return facts, arrays, self._recall_journal(digest)
 
     def begin(self, facts, arrays):
-        """Write a snapshot and begin an empty journal; raises OSError, and what was kept stays."""
-        self._folder.mkdir(parents=True, exist_ok=True)
+        """
+        Write a snapshot and begin an empty journal, in a new folder where the old one is gone.
+
+        Raises
+        ------
+        OSError: if that cannot be; what was kept stays.
+
+        """
+        self._lock.hold_again()
         digest, content = pack_snapshot({**facts, 'identity': self._identity}, arrays)
-        with aside(self._folder / f'{self._name}.snapshot') as part:
-            with part.open('wb') as file:
-                file.write(content)
-                file.flush()
-                os.fsync(file.fileno())
-            path = self._journal_of(digest)
-            file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)
-        self._use(path, file, Records(self._kinds, digest.encode()), 0)
+        path = self._journal_of(digest)
+        file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)
+        try:
+            with aside(self._snapshot) as part:
+                write_through(part, content)
+        except BaseException:
+            os.close(file)
+            raise
         self.written, self._unwritten, self._count = time.time(), b'', 0
+        self._use(path, file, Records(self._kinds, digest.encode()), 0)
 
     def keep(self, told):
-        """Append to the journal; raises OSError, and what could not be written is tried again."""
-        pack = self._records.pack
-        self._unwritten += b''.join([pack(said) for said in told])
+        """Append to the journal; raises OSError, and the next call first writes what is left."""
+        for said in told:
+            self._unwritten += self._records.pack(said)
         self._count += len(told)
-        self.flush()
-
-    def flush(self):
-        """Write what could not be written before; raises OSError."""
         while self._unwritten:
             count = os.write(self._file, self._unwritten)
             self._unwritten = self._unwritten[count:]
@@ -118,72 +132,59 @@ class Keeper:
         self._count -= EVERY // 10
 
     def is_lost(self):
-        """Tell whether somebody has taken the journal away."""
-        return self._path is not None and not self._path.exists()
+        """Tell whether somebody took away what is kept, or put something in its place."""
+        return self._file is not None and not (
+            is_at(self._path, self._file) and may_exist(self._snapshot))
 
     def close(self):
         """Sync and close the files; the state can be gone on from elsewhere."""
         self._ended.set()
-        if self._file is not None:
-            self._sync_once()
-            with self._closing:
-                os.close(self._file)
-                self._file = None
-        os.close(self._lock)
+        self._sync_once()
+        with self._closing:
+            file, self._file = self._file, None
+        if file is not None:
+            os.close(file)
+        self._lock.close()
 
     def _recall_journal(self, digest):
         """Return what is in the journal of a snapshot; open it behind the last whole record."""
         path, records = self._journal_of(digest), Records(self._kinds, digest.encode())
         try:
             told, end = records.unpack(_read(path) or b'')
-            file = os.open(path, os.O_WRONLY | os.O_CREAT, 0o666)
-            os.ftruncate(file, end)
-            os.lseek(file, end, os.SEEK_SET)
+            self._use(path, open_behind(path, end), records, end)
         except DamagedError as error:
-            raise StateError(f'{path} must be a journal as it was written, and is damaged: '
-                             f'{error}') from None
+            raise StateError(f'{shown(path)} must be a journal as it was written, and is damaged: '
+                             f'{error}: move {self._name}.* away to begin anew') from None
         except OSError as error:
-            raise StateError(f'{path} must be a journal that can be written '
+            raise StateError(f'{shown(path)} must be a journal that can be written '
                              f'({error.strerror.lower()})') from None
-        self._use(path, file, records, end)
         self._count = len(told)
         return told
 
     def _use(self, path, file, records, size):
-        """Append to this journal from now on, and delete all others."""
-        before = self._file
+        """Append to this journal from now on, and delete what was there before; raises OSError."""
         with self._closing:
-            self._path, self._file, self._records, self.size = path, file, records, size
+            before, self._file = self._file, file
+        self._path, self._records, self.size = path, records, size
         if before is not None:
             os.close(before)
-        for other in self._folder.glob(f'{self._name}.*.journal'):
+        self._sync_names()
+        for other in (*self._folder.glob(f'{self._name}.{HEX}.journal'),
+                      *self._folder.glob(f'{self._name}.snapshot.*.part')):  # left by a kill
             if other != path:
                 other.unlink(missing_ok=True)
 
     def _journal_of(self, digest):
         return self._folder / f'{self._name}.{digest[:16]}.journal'
 
-    def _check(self, path, before):
-        for name, value in self._identity.items():
-            if before.get(name) != value:
-                raise StateError(f'{path} was kept with {name} {_short(before.get(name))}, and '
-                                 f'here it is {_short(value)}: give another state_dir, or move it '
-                                 'away to begin anew')
-
-    def _locked(self):
-        try:
-            self._folder.mkdir(parents=True, exist_ok=True)
-            lock = os.open(self._folder / f'{self._name}.lock', os.O_RDWR | os.O_CREAT, 0o666)
-        except OSError as error:
-            raise StateError('state_dir must be a folder that can be written, got '
-                             f'{str(self._folder)!r} ({error.strerror.lower()})') from None
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            os.close(lock)
-            raise StateError(f'state_dir {str(self._folder)!r} is used by another {self._name} '
-                             'that runs: end it, or give this one another state_dir') from None
-        return lock
+    def _check(self, before):
+        """Return if a state was kept by a node like this one."""
+        for name in (*self._identity, *before):
+            here, there = self._identity.get(name), before.get(name)
+            if here != there:
+                raise StateError(f'{shown(self._snapshot)} was kept with {name} {_short(there)}, '
+                                 f'and here it is {_short(here)}: give another state_dir, or move '
+                                 'it away to begin anew')
 
     def _sync(self):
         while not self._ended.wait(SYNC):
@@ -198,6 +199,38 @@ class Keeper:
                 self.trouble = None
             except OSError as error:
                 self.trouble = error
+
+    def _sync_names(self):
+        """Have the disk take the new names, before the old ones go."""
+        try:
+            write_names_through(self._folder)
+        except OSError as error:  # not every file system can
+            self.trouble = error
+
+
+def _locked(folder, name):
+    """
+    Return the `Path` of a folder, and the lock of a name in it.
+
+    Raises
+    ------
+    StateError: if it cannot be used, or another node uses this name in it.
+
+    """
+    try:
+        path = Path(folder).expanduser()
+        return path, NameLock(path, name)
+    except TakenError:
+        raise StateError(f'state_dir {str(folder)!r} is used by another {name} that runs: end it, '
+                         'or give this one another state_dir') from None
+    except OSError as error:
+        reason = error.strerror.lower()
+    except RuntimeError:  # ~USER/
+        reason = 'no such user'
+    except ValueError:  # a NUL, or half of a character
+        reason = 'no folder can have this name'
+    raise StateError(f'state_dir must be a folder that can be written, got {str(folder)!r} '
+                     f'({reason})')
 
 
 def _read(path):
@@ -214,7 +247,7 @@ def _read(path):
     except FileNotFoundError:
         return None
     except OSError as error:
-        raise StateError(f'{path} must be a file that can be read '
+        raise StateError(f'{shown(path)} must be a file that can be read '
                          f'({error.strerror.lower()})') from None
 
 

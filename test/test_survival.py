@@ -1,0 +1,287 @@
+# SPDX-License-Identifier: Apache-2.0
+"""World, mentor and learner are killed at any moment, and the digest is that of who lived on."""
+
+from dataclasses import replace
+import os
+import random
+
+import pytest
+from test_methods import ROWS
+from test_talk import Table
+from worlds import grid
+
+from comply_ros.core.advising import Advising
+from comply_ros.core.dialogue import (
+    Action,
+    Answered,
+    Episode,
+    Notice,
+    Progress,
+    Recommendation,
+    StateReward,
+    WorldDescription,
+)
+from comply_ros.core.draws import streams
+from comply_ros.core.learner_actor import LearnerActor
+from comply_ros.core.mentor_actor import MentorActor
+from comply_ros.core.mentors import noisy_policy, sparse_policy
+from comply_ros.core.methods import find_method
+from comply_ros.core.student import Student
+from comply_ros.core.training import Training
+from comply_ros.core.world import World
+from comply_ros.core.world_actor import WorldActor
+from comply_ros.session import keeping
+from comply_ros.session.keeping import Keeper
+
+SEED, RUN = 4, 7
+ROOM = grid('....G', '.##..', '....#', '.....', starts=(0, 4), limit=40)
+LISTENERS = {
+    WorldDescription: (('mentor', 'hear_world'), ('learner', 'hear_world')),
+    StateReward: (('mentor', 'hear_state'), ('learner', 'hear_state')),
+    Recommendation: (('learner', 'hear_recommendation'),),
+    Action: (('world', 'hear_action'), ('mentor', 'hear_action'))}
+SAYS = {'world': (WorldDescription, StateReward), 'mentor': (Recommendation,),
+        'learner': (Action,)}
+KINDS = {'world': (Action,), 'mentor': (StateReward, Action),
+         'learner': (Answered, Recommendation)}
+MOMENTS = ('before it is kept', 'before it is said', 'after it was said')
+
+
+class MortalTable(Table):
+    """
+    A table at which each of the three keeps its state as its node does, and may be killed.
+
+    What was said last on a topic is latched: who comes back hears it, while its speaker lives.
+    """
+
+    def __init__(self, folder, rate, *arguments, **settings):
+        self.folder, self.rate, self.kills = folder, rate, 0
+        self.latched, self.keepers, self.moves = {}, {}, set()
+        super().__init__(*arguments, **settings)
+        self.method, self.grid, self.remembers = arguments[0], arguments[1], (
+            self.learner._remembers_advice)
+        self.budget, self.when = settings.get('budget', 0), settings.get('when', 'early')
+        self.open, self.latched = [], {}
+        for name in ('learner', 'mentor', 'world'):
+            self.revive(name)
+
+    def make(self, name):
+        """Return one of the three as it starts."""
+        if name == 'world':
+            return WorldActor(self.grid, 'map', RUN, SEED)
+        if name == 'mentor':
+            return MentorActor(self.budget, self.when)
+        return LearnerActor(self.method, SEED, self.remembers, 1 + self.kills)
+
+    def revive(self, name):
+        """Start one of the three; it goes on from what was kept."""
+        actor = self.make(name)
+        setattr(self, name, actor)
+        if name != 'mentor':
+            kept = self.recall(name)
+            if kept:
+                actor.restore(*kept)
+            if kept or name == 'world':
+                self.answer(name, actor.recall())
+        for kind, said in self.latched.items():
+            self.open += [(listener, said) for listener in self.listeners(kind)
+                          if listener[0] == name]
+
+    def recall(self, name):
+        """Return what was kept."""
+        self.keepers[name] = Keeper(self.folder, name, {}, KINDS[name])
+        return self.keepers[name].recall()
+
+    def kill(self, name):
+        """End one of the three, with what it has not heard yet; start it again."""
+        self.kills += 1
+        if name in self.keepers:
+            self.keepers.pop(name).close()
+        lost = SAYS[name] if self.shuffle.random() < 0.5 else ()
+        self.open = [(listener, said) for listener, said in self.open
+                     if listener[0] != name and type(said) not in lost]
+        for kind in SAYS[name]:
+            self.latched.pop(kind, None)
+        self.revive(name)
+
+    def lay(self, said):
+        """Put a message on the table for each listener; latch it."""
+        if type(said) in LISTENERS:
+            self.latched[type(said)] = said
+            self.open += [(listener, said) for listener in self.listeners(type(said))]
+        else:
+            self.reports.append(said)
+
+    def listeners(self, kind):
+        """Return who hears messages of a kind: a mentor hears actions only where they matter."""
+        return [(name, hear) for name, hear in LISTENERS[kind]
+                if hear != 'hear_action' or name == 'world' or self.mentor.watches]
+
+    def answer(self, name, utterances):
+        """Keep what an actor was told, then say what it answers, as `ActorNode` does."""
+        if utterances:
+            self.keep(name)
+            for said in utterances:
+                self.lay(said)
+
+    def keep(self, name):
+        """Keep what an actor was told."""
+        actor, keeper = getattr(self, name), self.keepers.get(name)
+        if keeper and actor.begins:
+            keeper.begin(*actor.state())
+            actor.begins = False
+        elif keeper:
+            keeper.keep(actor.told)
+        actor.told.clear()
+        if keeper and keeper.is_due():
+            keeper.begin(*actor.state())
+
+    def hear(self, name, hear, said):
+        """Return what one of the three has to say about a message."""
+        actor = getattr(self, name)
+        if name == 'world':
+            before = self.world.question
+            utterances = actor.hear_action(said)
+            after = self.world.question
+            if after.episode == before.episode and after.step > before.step:
+                self.moves.add((before.state, said.action, after.reward, after.state))
+            return utterances
+        utterances = getattr(actor, hear)(said)
+        if hear == 'hear_world' and name == 'mentor' and actor.policy is None:
+            kept = self.recall('mentor') if actor.remembers else None
+            return (*utterances, *actor.use(self.policy, kept))
+        return utterances
+
+    def turn(self):
+        """Let somebody hear one message, and perhaps be killed by it."""
+        index = self.shuffle.randrange(len(self.open))
+        (name, hear), said = self.open[index]
+        if self.shuffle.random() > 0.1:
+            del self.open[index]
+        moment = self.shuffle.choice(MOMENTS) if self.shuffle.random() < self.rate else None
+        utterances = self.hear(name, hear, said)
+        if utterances and moment == 'before it is said':
+            self.keep(name)
+        elif moment != 'before it is kept':
+            self.answer(name, utterances)
+        if moment:
+            self.kill(name)
+
+    def hold(self):
+        """Let them talk until the learner has finished; the world repeats its question."""
+        silent = 0
+        while not self.learner.finished:
+            if self.open:
+                silent = 0
+                self.turn()
+                continue
+            silent += 1
+            assert silent < 20, (self.world.question, self.learner.waits_for())
+            for name in ('learner', 'mentor'):  # a second goes by
+                self.answer(name, getattr(self, name).look())
+            self.lay(self.world.question)
+        return self
+
+    def close(self):
+        """Close what is kept."""
+        for keeper in self.keepers.values():
+            keeper.close()
+
+
+@pytest.fixture
+def table(tmp_path, monkeypatch):
+    """Return a function that makes a table, on which snapshots are frequent."""
+    monkeypatch.setattr(keeping, 'EVERY', 60)
+    for name in ('fsync', 'fdatasync'):  # a kill takes nothing that was written
+        monkeypatch.setattr(os, name, lambda file: None)
+    made = []
+
+    def make(*arguments, **settings):
+        made.append(MortalTable(tmp_path, *arguments, **settings))
+        return made[-1]
+    yield make
+    for each in made:
+        each.close()
+
+
+def reports(table, kind, number):
+    """Return the reports of a kind by their number; what was said twice was the same."""
+    said = {}
+    for report in table.reports:
+        if isinstance(report, kind):
+            assert repr(said.setdefault(report[number], report)) == repr(report)
+    return list(said.values())
+
+
+def check(table, training, iterations):
+    """Fail unless all that was learned and said is as in the compiled loop."""
+    table.kill('learner')
+    assert table.learner.finished
+    assert table.learner.memory.digest() == training.memory.digest()
+    progress = reports(table, Progress, 1)
+    assert [said.mean_return for said in progress] == [it.mean_return for it in iterations]
+    assert repr([said.confidence for said in progress]) == repr([i.confidence for i in iterations])
+    assert progress[-1].steps == sum(it.steps for it in iterations)
+    assert sum(said.steps for said in reports(table, Episode, 1)) == progress[-1].steps
+
+
+@pytest.mark.parametrize('profile, name', ROWS)
+def test_whoever_is_killed_at_whatever_moment_the_digest_is_that_of_the_compiled_loop(
+        table, profile, name):
+    policy = noisy_policy(World(ROOM), 0.3, streams(8)[0])
+    row = replace(find_method(name, profile), episodes=2, iterations=3)
+    training = Training(World(ROOM), policy, row, SEED)
+    iterations = [training.iterate() for _ in range(3)]
+    held = table(0.3, row, ROOM, policy, SEED, random.Random(name), len(name) % 2 == 0).hold()
+    check(held, training, iterations)
+    assert held.kills > 20
+
+
+@pytest.mark.parametrize('when, remembers', [
+    ('early', True), ('early', False), ('important', True), ('mistakes', False)])
+@pytest.mark.parametrize('rate', [0.1, 0.6])
+def test_a_mentor_with_a_budget_may_be_killed_too(table, when, remembers, rate):
+    policy = sparse_policy(noisy_policy(World(ROOM), 0.3, streams(8)[0]), World(ROOM), 0.8, 2)
+    row = replace(find_method('explicit', 'published'), episodes=2, iterations=2)
+    training = Training(World(ROOM), Advising(World(ROOM), policy, 5, when), row, SEED)
+    iterations = [training.iterate() for _ in range(2)]
+    held = table(rate, row, ROOM, policy, SEED, random.Random(when), remembers, budget=5,
+                 when=when).hold()
+    check(held, training, iterations)
+    assert held.mentor._advising.left[0] < 5
+
+
+def test_a_learner_that_comes_back_knows_the_advice_that_it_has_heard(table):
+    policy = noisy_policy(World(ROOM), 0.3, streams(8)[0])
+    row = replace(find_method('explicit', 'published'), episodes=2, iterations=2)
+    held = table(0.0, row, ROOM, policy, SEED, random.Random(1)).hold()
+    before = held.learner.advice_heard()
+    assert len(set(before)) > 1
+    held.kill('learner')
+    assert held.learner.advice_heard() == before
+
+
+@pytest.mark.parametrize('lost', [1, 2, 7, 40])
+@pytest.mark.parametrize('name', ['sarsa', 'explicit', 'watkins', 'head_start'])
+def test_a_learner_whose_journal_lacks_its_end_goes_on_and_learns_no_wrong_step(
+        table, monkeypatch, name, lost):
+    monkeypatch.setattr(keeping, 'EVERY', 10 ** 6)
+    policy = noisy_policy(World(ROOM), 0.3, streams(8)[0])
+    row = replace(find_method(name, 'published'), episodes=2, iterations=4)
+    held, learned, learn = table(0.0, row, ROOM, policy, SEED, random.Random(lost)), [], \
+        Student.learn
+
+    def record(student, s, a, r, s2, *rest):
+        learned.append((s, a, r, s2))
+        learn(student, s, a, r, s2, *rest)
+    monkeypatch.setattr(Student, 'learn', record)
+    for _ in range(300):
+        held.turn() if held.open else held.lay(held.world.question)
+    held.keepers.pop('learner').close()
+    journal, = held.folder.glob('learner.*.journal')
+    os.truncate(journal, journal.stat().st_size - lost * 40)  # and not behind a whole record
+    held.revive('learner')
+    held.hold()
+    notices = [said.text for said in held.reports if isinstance(said, Notice)]
+    assert any('what lay between is lost, goes on' in text for text in notices)
+    assert len(learned) > 50 and set(learned) <= held.moves
