@@ -53,7 +53,8 @@ class Learner(ActorNode):
         method, remembers = replace(row, **fields), self.declare(REMEMBERS_ADVICE)
         self.actor = LearnerActor(method, seed, remembers, 1 + secrets.randbelow(2 ** 32 - 1))
         self._map_period, self._map_time = self.declare(MAP_PERIOD), float('-inf')
-        self._restore({**asdict(method), 'seed': seed, 'remembers_advice': remembers})
+        self._restore({'method': name, **asdict(method), 'seed': seed,
+                       'remembers_advice': remembers})
         for topic in (ACTION, PROGRESS, TRUST, POLICY):
             self.speaks_on(topic)
         self.serves(Save, SAVE, self.save)
