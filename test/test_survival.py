@@ -252,7 +252,8 @@ def test_a_mentor_with_a_budget_may_be_killed_too(table, when, remembers, rate):
     assert told.left[0] < 5
 
 
-def test_a_learner_that_comes_back_knows_the_advice_that_it_has_heard(table):
+def test_a_learner_that_comes_back_knows_the_advice_that_it_has_heard(table, monkeypatch):
+    monkeypatch.setattr(keeping, 'EVERY', 10 ** 6)
     policy = noisy_policy(World(ROOM), 0.3, streams(8)[0])
     row = replace(find_method('explicit', 'published'), episodes=2, iterations=2)
     held = table(0.0, row, ROOM, policy, SEED, random.Random(1)).hold()
@@ -262,7 +263,7 @@ def test_a_learner_that_comes_back_knows_the_advice_that_it_has_heard(table):
     assert held.learner.advice_heard() == before
 
 
-@pytest.mark.parametrize('lost', [1, 2, 7, 40])
+@pytest.mark.parametrize('lost', [2, 7, 40])
 @pytest.mark.parametrize('name', ['sarsa', 'explicit', 'watkins', 'head_start'])
 def test_a_learner_whose_journal_lacks_its_end_goes_on_and_learns_no_wrong_step(
         table, monkeypatch, name, lost):

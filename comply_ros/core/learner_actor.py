@@ -212,7 +212,9 @@ class LearnerActor:
             return
         *question, advice = told
         self.asked = StateReward(self.described.run, *question)
-        self._hearsay.ask(self.asked)
+        early = self._hearsay.ask(self.asked)
+        if early:
+            self._hearsay.hear(early, self.world)
         self._respond(advice)
 
     def _attend(self, said, grid):
