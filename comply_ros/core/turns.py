@@ -32,7 +32,7 @@ class Turns:
         self._sees_ends = sees_ends
         self.answered, self.ended, self.state = NOT_YET, False, None
         self.may_lack, self.aside, self.left, self.late = False, False, 0, None
-        self._doubted, self._looked, self._left = None, False, None
+        self._doubted, self._looked, self._left = None, False, NOT_YET
 
     def look(self):
         """Remember that a second went by: a question that is asked now is asked for long."""
@@ -49,9 +49,15 @@ class Turns:
         return Dropped('state too late', f'dropped a state of turn {here}: it came late, or twice')
 
     def leave(self, said, number):
-        """Leave a question to another learner; return an `Aside` when that goes on for long."""
-        if turn(said) != self._left:
-            self._left, self.left = turn(said), self.left + 1
+        """
+        Leave a question to another learner; return an `Aside` when that goes on for long.
+
+        Questions that do not follow each other are no run that another learner keeps.
+        """
+        here, before = turn(said), self._left
+        if here != before:
+            goes_on = before < here and here[0] <= before[0] + 1
+            self._left, self.left = here, self.left + 1 if goes_on else 1
         if self.left < OF_ANOTHER:
             return ()
         self.aside = True
@@ -65,7 +71,7 @@ class Turns:
         What only might be wrong is taken when it is asked again: an unlikely move at once, a gap
         only after a `look`.
         """
-        here, again, self._doubted = turn(said), self._doubted == turn(said), None
+        here, again, self._doubted = turn(said), self._doubted == said, None
         if self.answered == NOT_YET:
             return None
         episode, step = self.answered
@@ -77,13 +83,13 @@ class Turns:
             self.may_lack = False
             return Notice(f'its journal ends at turn {self.answered}, the world is at {here}: '
                           'what lay between is lost, goes on')
-        self._doubted, self._looked = here, again and self._looked
+        self._doubted, self._looked = said, again and self._looked
         return Refused('question out of turn', f'a state must follow turn {self.answered}, '
                        f'got {here}: is there another learner?')
 
     def _remark_on_move(self, said, world):
         if world.leads(self.state, said.state):
             return None
-        self._doubted = turn(said)
+        self._doubted = said
         return Refused('state out of reach', f'a state must be one move from the last, '
                        f'{self.state}, got {said.state}: does this world move as it is described?')
