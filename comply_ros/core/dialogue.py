@@ -7,6 +7,7 @@ from typing import NamedTuple
 from comply_ros.core.grid import Grid
 
 ANYONE = 0  # number of no learner in particular
+LONGEST_NAME = 255  # characters of the name of a world, as of a file
 REPORTS = 1000  # reports of episodes and iterations that are kept for who comes late
 
 
@@ -151,13 +152,14 @@ def grid_of(said):
 
     """
     grid = Grid(tuple(said.rows), tuple(said.starts), said.step_reward, said.obstacle_reward,
-                said.goal_reward, said.intended, said.step_limit, said.slips_bump)
+                said.goal_reward, said.intended, said.step_limit, said.slips_bump,
+                expected=said.sha256)
     if (grid.width, grid.height) != (said.width, said.height):
         raise ValueError(f'width and height must be those of the rows, {grid.width} x '
                          f'{grid.height}, got {said.width} x {said.height}')
-    if grid.sha256 != said.sha256:
-        raise ValueError(f'sha256 must be that of the world, {grid.sha256[:8]}..., '
-                         f'got {said.sha256[:8]!r}')
+    if len(said.name) > LONGEST_NAME:
+        raise ValueError(f'a name must have at most {LONGEST_NAME} characters, '
+                         f'got {len(said.name)}')
     if not isfinite(said.began):
         raise ValueError(f'began must be a finite number, got {said.began}')
     return grid

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A grid world as its author writes it, and every way in which it can be wrong."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, InitVar
 from functools import cached_property
 import hashlib
 
@@ -38,6 +38,8 @@ class Grid:
     step_limit: number of steps after which an episode is truncated.
     slips_bump: whether a move that goes astray can run into an obstacle; if not, it takes one of
         those other actions that lead to another cell.
+    expected: what `sha256` has to be; None for anything. It is looked at before the ways
+        through the grid are searched, which can take seconds.
 
     A state is `y * width + x`, (0, 0) at the lower left.
 
@@ -55,11 +57,16 @@ class Grid:
     intended: float
     step_limit: int
     slips_bump: bool = True
+    expected: InitVar[str] = None
 
-    def __post_init__(self):
+    def __post_init__(self, expected):
         _check_rows(self.rows)
         _check_numbers(self)
         _check_starts(self)
+        if expected not in (None, self.sha256):
+            raise MapError(f'sha256 must be that of the world, {self.sha256[:8]}..., '
+                           f'got {expected[:8]!r}')
+        _check_ways(self)
 
     @property
     def width(self):
@@ -136,7 +143,12 @@ def _check_starts(grid):
         if cells[s] != FREE:
             what = 'an obstacle' if cells[s] == OBSTACLE else 'the goal'
             raise MapError(f'a start must be a free cell, but ({x}, {y}) is {what}')
+
+
+def _check_ways(grid):
+    for s in grid.starts:
         if not grid.arriving[s]:
+            x, y = grid.place(s)
             raise MapError(f'the goal must be in reach of every start, '
                            f'but no way leads there from ({x}, {y})')
 

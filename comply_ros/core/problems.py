@@ -3,7 +3,7 @@
 
 from math import isfinite
 
-from comply_ros.core.dialogue import Refused
+from comply_ros.core.dialogue import LONGEST_NAME, Refused
 from comply_ros.core.grid import NO_ACTION
 
 
@@ -59,7 +59,7 @@ def problem_of_world(said, here):
     if said.sha256 == here.sha256:
         return ()
     return (Refused('another world', f'the world of run {here.run} must stay {here.name!r}, '
-                    f'got {said.name!r}'),)
+                    f'got {said.name[:LONGEST_NAME]!r}'),)
 
 
 def problem_of_run(said, run, topic):
