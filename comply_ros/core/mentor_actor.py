@@ -5,6 +5,7 @@ from comply_ros.core.advising import Advising, WITHOUT_LIMIT
 from comply_ros.core.attention import Attention
 from comply_ros.core.dialogue import (
     Action,
+    ANYONE,
     grid_of,
     Notice,
     Recommendation,
@@ -13,7 +14,7 @@ from comply_ros.core.dialogue import (
     turn,
 )
 from comply_ros.core.grid import NO_ACTION
-from comply_ros.core.problems import problem_of_state, problem_of_world
+from comply_ros.core.problems import problem_of_confidence, problem_of_state, problem_of_world
 from comply_ros.core.turns import Turns
 from comply_ros.core.world import World
 
@@ -123,13 +124,21 @@ class MentorActor:
         """Remember what the learner did; return what is to be said about a state that waited."""
         asked = self._asked
         if asked is None or said.run != self._attention.run or turn(said) != turn(asked) \
-                or turn(said) == self._acted:
+                or turn(said) == self._acted or not self._can_answer(said, asked):
             return ()
         self._acted = turn(said)
         self.told.append(said)
         if said.action in range(4):
             self._advising.watch(asked.state, said.action)
         return self.hear_held()
+
+    def _can_answer(self, said, asked):
+        """Tell whether the world takes this `Action` for an answer; it warns of one that not."""
+        if asked.learner not in (ANYONE, said.learner) or problem_of_confidence(said):
+            return False
+        if asked.truncated:
+            return said.action == NO_ACTION
+        return said.action in range(4) and bool(self.world.available[asked.state, said.action])
 
     def advice(self, state):
         """
@@ -209,6 +218,7 @@ class MentorActor:
         left = self._advising.left[0]
         self._turns.take(said)
         self.turns += 1
+        self._attention.committed = turn(said) != (1, 0)  # somebody answers in this run
         self._asked = said
         self._answer = (Recommendation(said.run, said.episode, said.step, said.state,
                                        self._advising.advise(said.state)),)
