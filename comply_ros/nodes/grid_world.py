@@ -37,7 +37,8 @@ class GridWorld(ActorNode):
         self.listens_to(ACTION, self.hear_action)
         self.listens_to(WORLD, self.hear_world)
         self._held, self._timer = (), None
-        self._open, self._since, self._wait, self._next = None, 0.0, FIRST_PAUSE, 0.0
+        self._open, self._signs, self._since = None, 0, 0.0
+        self._wait, self._next = FIRST_PAUSE, 0.0
         self.create_timer(FIRST_PAUSE, self._repeat)
         check_rate(self.declare(RATE))
         self.add_on_set_parameters_callback(self._check_pace)
@@ -85,11 +86,14 @@ class GridWorld(ActorNode):
 
     def _repeat(self):
         """Ask again what was not answered, with growing pauses; who has heard it drops it."""
-        now, opened = time.monotonic(), (turn(self.actor.question), self.actor.signs)
+        now, opened, signs = time.monotonic(), turn(self.actor.question), self.actor.signs
         if opened != self._open or self._held or self.paused:
-            self._open, self._since, self._wait = opened, now, FIRST_PAUSE
-            self._next = now + FIRST_PAUSE
-        elif now >= self._next:
+            self._since, self._wait, self._next = now, FIRST_PAUSE, now + FIRST_PAUSE
+        elif signs != self._signs:  # puts nothing off: old actions without end are no answer
+            self._since, self._wait = now, FIRST_PAUSE
+            self._next = min(self._next, now + FIRST_PAUSE)
+        self._open, self._signs = opened, signs
+        if now >= self._next:
             self._wait = min(2.0 * self._wait, LONGEST_PAUSE)
             self._next = now + self._wait
             self.say(self.actor.ask_again(now - self._since))
