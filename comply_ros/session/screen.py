@@ -19,8 +19,8 @@ def progress_bar():
     """Return a `rich` progress bar, to be used in a `with`."""
     return Progress(
         SpinnerColumn(), TextColumn('{task.description}'), BarColumn(bar_width=20),
-        MofNCompleteColumn(), TextColumn('{task.fields[now]}'), TimeRemainingColumn(),
-        console=console)
+        MofNCompleteColumn(), TextColumn('{task.fields[now]}', markup=False),
+        TimeRemainingColumn(), console=console)
 
 
 def words(mean_return, confidence, steps_per_second=None):
