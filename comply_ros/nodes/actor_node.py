@@ -2,11 +2,16 @@
 """What the three nodes share: to listen, to keep, to say, and to tell how they are."""
 
 from rclpy.exceptions import InvalidParameterTypeException
-from rclpy.node import Node
 
 from comply_ros.core.dialogue import Aside, Dropped, Notice, Refused
 from comply_ros.nodes.health import ERROR, Health, OK, STANDS_ASIDE, WARN
-from comply_ros.nodes.parameters import declare, ParameterError, STATE_DIR, unknown_overrides
+from comply_ros.nodes.parameters import (
+    declare,
+    ParameterError,
+    STATE_DIR,
+    SturdyNode,
+    unknown_overrides,
+)
 from comply_ros.nodes.strangers import Strangers
 from comply_ros.nodes.topics import decoder, encoder
 from comply_ros.session.keeping import Keeper
@@ -15,7 +20,7 @@ PATIENCE = 3  # seconds of waiting after which a node says for what
 AGAIN = 0.2  # seconds between two tries to keep what the disk did not take
 
 
-class ActorNode(Node):
+class ActorNode(SturdyNode):
     """
     A node that keeps what its actor was told, then says what it returns.
 

@@ -4,7 +4,6 @@
 from importlib import import_module
 import time
 
-from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from comply_ros.core.faults import fault_streams, FaultError, Faults, Wire
@@ -15,6 +14,7 @@ from comply_ros.nodes.parameters import (
     KEPT,
     ParameterError,
     SEED,
+    SturdyNode,
     TOPICS,
     unknown_overrides,
 )
@@ -29,7 +29,7 @@ class TopicError(ValueError):
     """A topic that cannot be relayed; the message names it, the rule and the types."""
 
 
-class FaultInjector(Node):
+class FaultInjector(SturdyNode):
     """
     Says on each topic T what it hears on T/before, with faults; of any message type.
 

@@ -2,28 +2,32 @@
 """Who watches a lesson from outside: a node that listens to what is reported."""
 
 from collections import deque
+from math import isfinite
 import time
 
 from comply_msgs.srv import Save
 from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
-from rclpy.node import Node
 
 from comply_ros.core.dialogue import grid_of, REPORTS
+from comply_ros.core.grid import NO_ACTION
+from comply_ros.core.world import World
 from comply_ros.nodes.health import OK, process_name, STANDS_ASIDE, TOPIC
+from comply_ros.nodes.parameters import SturdyNode
 from comply_ros.nodes.topics import decoder, MENTOR_POLICY, PROGRESS, SAVE, WORLD
 
 TAKEN = ('other nodes speak on the topics of this lesson: end them, or give this one a '
          '--namespace of its own')
 PACE = 20  # iterations over which the steps per second are measured
 SHORTEST = 0.2  # seconds that they must have taken together
+LONGEST_WORDS = 80  # characters of what a node says of itself
 
 
 class LessonFailed(RuntimeError):
     """A lesson without results; the message says why."""
 
 
-class Observer(Node):
+class Observer(SturdyNode):
     """
     Listens to what is reported, and keeps it; what cannot belong to it is passed over.
 
@@ -45,18 +49,32 @@ class Observer(Node):
         super().__init__('lesson', namespace=namespace)
         self.progress, self.advice, self.began, self.words = [], None, None, {}
         self._world, self._early_policy, self._early = None, None, deque(maxlen=REPORTS)
+        self._mdp, self._lacks_progress = None, False
         self._pace = deque(maxlen=PACE)
         self._processes = ()
         self._on_progress = on_progress
-        for topic, hear in ((PROGRESS, self._hear_progress), (WORLD, self._hear_world),
-                            (MENTOR_POLICY, self._hear_policy)):
-            self._listen(topic, decoder(topic), hear)
+        self._hear = {PROGRESS: self._hear_progress, WORLD: self._hear_world,
+                      MENTOR_POLICY: self._hear_policy}
+        self._heard = {topic: self._listen(topic, decoder(topic)) for topic in self._hear}
+        self.create_timer(1.0, self._look)
         self.create_subscription(DiagnosticArray, TOPIC, self._hear_health, 10)
         self._save = self.create_client(Save, SAVE)
 
-    def _listen(self, topic, decode, hear):
-        self.create_subscription(topic.message, topic.name,
-                                 lambda message: hear(decode(message)), topic.qos)
+    def _listen(self, topic, decode):
+        hear = self._hear[topic]
+        return self.create_subscription(topic.message, topic.name,
+                                        lambda message: hear(decode(message)), topic.qos)
+
+    def _look(self):
+        """Listen anew, once a second, where something was lost in a crowd: it is latched."""
+        if self._world and self.advice is None:
+            self._listen_anew(MENTOR_POLICY)
+        if self._lacks_progress:
+            self._listen_anew(PROGRESS)
+
+    def _listen_anew(self, topic):
+        self.destroy_subscription(self._heard[topic])
+        self._heard[topic] = self._listen(topic, decoder(topic))
 
     def follow(self, processes):
         """Take the health of these nodes, which can be started again, for that of the lesson."""
@@ -78,7 +96,11 @@ class Observer(Node):
 
     def _hear_world(self, said):
         """Take the first world for that of the lesson, and hear what came before it."""
-        if self._world is not None or not is_world(said):
+        if self._world is not None:
+            return
+        try:
+            self._mdp = World(grid_of(said))
+        except ValueError:
             return
         self._world = said
         self._hear_policy(self._early_policy)
@@ -89,7 +111,7 @@ class Observer(Node):
         if self._world is None:
             self._early_policy = said
         elif said and said[:3] == (self._world.run, self._world.width, self._world.height) \
-                and len(said.action) == said.width * said.height:
+                and can_advise(said.action, self._mdp):
             self.advice = np.array(said.action, dtype=np.int8)
             self.began = self.began or time.monotonic()
 
@@ -98,7 +120,11 @@ class Observer(Node):
         if self._world is None:
             self._early.append(said)
             return
-        if said.run != self._world.run or said.iteration != len(self.progress) + 1:
+        if said.run != self._world.run or not can_be(said):
+            return
+        already = len(self.progress)
+        self._lacks_progress = said.iteration > already + 1
+        if said.iteration != already + 1 or already and said.steps <= self.progress[-1].steps:
             return
         self.progress.append(said)
         self._pace.append((time.monotonic(), said.steps))
@@ -122,12 +148,20 @@ class Observer(Node):
                 raise LessonFailed(f'{name} {status.message}')
             self.words.pop(name, None)
             if status.level != OK:
-                self.words[name] = f'{name} {status.message}'
+                self.words[name] = f'{name} {" ".join(status.message.split())}'[:LONGEST_WORDS]
 
 
-def is_world(said):
-    """Tell whether a `WorldDescription` is whole."""
-    try:
-        return grid_of(said) is not None
-    except ValueError:
+def can_be(said):
+    """Tell whether a `Progress` can be right: its numbers are what the message promises."""
+    return (isfinite(said.mean_return) and 0.0 <= said.temperature < float('inf')
+            and (said.confidence != said.confidence or 0.0 <= said.confidence <= 1.0)
+            and said.episodes > 0 and said.finished == (said.iteration == said.iterations))
+
+
+def can_advise(action, world):
+    """Tell whether advice for all states is of actions that the cells have, or none."""
+    advice = np.array(action, dtype=np.int64)
+    if advice.shape != world.free.shape or not ((NO_ACTION <= advice) & (advice < 4)).all():
         return False
+    has = world.available[np.arange(len(advice)), advice]
+    return bool((has | (advice == NO_ACTION) | ~world.free).all())

@@ -4,8 +4,16 @@
 from dataclasses import fields
 from typing import NamedTuple
 
-from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
+from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
+from rclpy.node import Node
+from rclpy.parameter import Parameter as RosParameter
 
 from comply_ros.core.advising import WHENS, WITHOUT_LIMIT
 from comply_ros.core.draws import SEED_LIMIT
@@ -82,6 +90,39 @@ FAULTS = tuple(Parameter(each.name, each.default, **each.metadata) for each in f
 OURS = (MAP, PROFILE, SEED, RATE, METHOD, MENTOR, BUDGET, ADVISING, MAP_PERIOD,
         REMEMBERS_ADVICE, ADVICE_TIMEOUT, STATE_DIR, TOPICS, KEPT, *FAULTS)
 ROS = {'use_sim_time', 'start_type_description_service'}
+
+
+class SturdyNode(Node):
+    """A node that lives on when its parameters are set to a type that there is not."""
+
+    def create_service(self, kind, name, reply, **settings):
+        """Make a service; those that set parameters refuse what rclpy ends the node for."""
+        refuse = {SetParameters: _refuse_each, SetParametersAtomically: _refuse_all}.get(kind)
+
+        def answer(request, response):
+            problem = _problem_of_types(request.parameters)
+            return refuse(request, response, problem) if problem else reply(request, response)
+        return super().create_service(kind, name, answer if refuse else reply, **settings)
+
+
+def _problem_of_types(parameters):
+    known = {kind.value for kind in RosParameter.Type}
+    for parameter in parameters:
+        if parameter.value.type not in known:
+            return SetParametersResult(
+                successful=False, reason='the type of a parameter must be one of '
+                f'{min(known)} to {max(known)}, got {parameter.value.type}')
+    return None
+
+
+def _refuse_each(request, response, problem):
+    response.results = [problem] * len(request.parameters)
+    return response
+
+
+def _refuse_all(request, response, problem):
+    response.result = problem
+    return response
 
 
 def declare(node, parameter):
