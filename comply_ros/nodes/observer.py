@@ -53,28 +53,30 @@ class Observer(SturdyNode):
         self._pace = deque(maxlen=PACE)
         self._processes = ()
         self._on_progress = on_progress
-        self._hear = {PROGRESS: self._hear_progress, WORLD: self._hear_world,
-                      MENTOR_POLICY: self._hear_policy}
-        self._heard = {topic: self._listen(topic, decoder(topic)) for topic in self._hear}
+        self._listen(WORLD, self._hear_world)
+        self._ears = {}
+        self._listen_anew(PROGRESS, self._hear_progress)
+        self._listen_anew(MENTOR_POLICY, self._hear_policy)
         self.create_timer(1.0, self._look)
         self.create_subscription(DiagnosticArray, TOPIC, self._hear_health, 10)
         self._save = self.create_client(Save, SAVE)
 
-    def _listen(self, topic, decode):
-        hear = self._hear[topic]
+    def _listen(self, topic, hear):
+        decode = decoder(topic)
         return self.create_subscription(topic.message, topic.name,
                                         lambda message: hear(decode(message)), topic.qos)
 
     def _look(self):
         """Listen anew, once a second, where something was lost in a crowd: it is latched."""
         if self._world and self.advice is None:
-            self._listen_anew(MENTOR_POLICY)
+            self._listen_anew(MENTOR_POLICY, self._hear_policy)
         if self._lacks_progress:
-            self._listen_anew(PROGRESS)
+            self._listen_anew(PROGRESS, self._hear_progress)
 
-    def _listen_anew(self, topic):
-        self.destroy_subscription(self._heard[topic])
-        self._heard[topic] = self._listen(topic, decoder(topic))
+    def _listen_anew(self, topic, hear):
+        if topic.name in self._ears:
+            self.destroy_subscription(self._ears[topic.name])
+        self._ears[topic.name] = self._listen(topic, hear)
 
     def follow(self, processes):
         """Take the health of these nodes, which can be started again, for that of the lesson."""
