@@ -25,8 +25,8 @@ from comply_ros.nodes import topics
 from comply_ros.nodes.health import process_name, TOPIC
 
 DIAGNOSTICS = topics.Topic(TOPIC, DiagnosticArray, None, QoSProfile(depth=10))
-LIVE = topics.WORLD, topics.STATE, topics.RECOMMENDATION, topics.ACTION, topics.EPISODE, \
-    topics.PROGRESS, topics.TRUST, topics.POLICY, topics.MENTOR_POLICY
+LIVE = (topics.STATE, topics.RECOMMENDATION, topics.ACTION, topics.WORLD, topics.EPISODE,
+        topics.PROGRESS, topics.TRUST, topics.POLICY, topics.MENTOR_POLICY)
 NODES = 'grid_world', 'mentor', 'learner'
 KEPT = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)  # none is lost
 ACKNOWLEDGED = Duration(seconds=10.0)
@@ -37,8 +37,8 @@ statuses = st.builds(
         hardware_id=process_name(pids[level % len(pids)]),
         values=[KeyValue(key=message[:99], value=value[:99])])]),
     st.integers(0, 255), texts, texts, texts)
-rubbish = st.one_of(statuses.map(lambda make: (DIAGNOSTICS, make)), *[
-    st.tuples(st.just(topic), kinds[topic.name]) for topic in LIVE])
+rubbish = st.one_of(*[st.tuples(st.just(topic), kinds[topic.name]) for topic in LIVE],
+                    statuses.map(lambda make: (DIAGNOSTICS, make)))
 values = st.one_of(  # what would be right is left out: whoever may set the rate may set it
     st.builds(ParameterValue, type=st.integers(0, 255).filter(lambda kind: kind not in (1, 3)),
               string_value=texts, integer_value=st.integers(-2 ** 63, 2 ** 63 - 1)),
@@ -72,7 +72,6 @@ class Flood:
     ----------
     latest: the last true tuple on each topic.
     count: messages delivered so far, by name of the topic.
-    turns: questions of the world heard so far.
     asked: futures of the services that were called.
     told: table of the last diagnosis of each node.
 
@@ -82,8 +81,8 @@ class Flood:
         self._node, self._pids = Node('flood', context=context), pids
         self._executor = rclpy.executors.SingleThreadedExecutor(context=context)
         self._executor.add_node(self._node)
-        self.latest, self.count, self.turns, self.asked, self.told = {}, Counter(), set(), [], {}
-        self._said, self._clients = set(), {}
+        self.latest, self.count, self.asked, self.told = {}, Counter(), [], {}
+        self._said, self._clients, self._ears, self._deaf = set(), {}, {}, []
         self._publishers = {topic.name: self._node.create_publisher(
             topic.message, topic.name, KEPT) for topic in (*LIVE, DIAGNOSTICS)}
         self._encoders = {topic.name: topics.encoder(topic) for topic in LIVE}
@@ -93,15 +92,16 @@ class Flood:
 
     def _listen(self, topic):
         decode = topics.decoder(topic)
-        self._node.create_subscription(topic.message, topic.name, lambda message: self._hear(
-            topic, decode(message)), topic.qos)
+        self._ears[topic.name] = self._node.create_subscription(
+            topic.message, topic.name, lambda message: self._hear(topic, decode(message)),
+            topic.qos)
 
     def _hear(self, topic, said):
         if _short(said) in self._said:
             return  # of this node
         self.latest[topic.name] = said
-        if topic is topics.STATE:
-            self.turns.add((said.episode, said.step))
+        if topic in (topics.WORLD, topics.TRUST, topics.POLICY, topics.MENTOR_POLICY):
+            self._deaf.append(topic.name)  # this does not change, and what comes now is garbage
 
     def _hear_health(self, said):
         for status in said.status:
@@ -115,11 +115,18 @@ class Flood:
             assert time.monotonic() < end, f'no {what} within {deadline} s'
             self._executor.spin_once(timeout_sec=0.05)
 
+    def steps(self):
+        """Return how many questions the world has asked by now."""
+        self.told.clear()
+        self.spin_until(lambda: 'grid_world' in self.told, 'diagnosis of the world')
+        return int(self.told['grid_world']['steps'])
+
     def say(self, handful):
         """Say garbage, and hear what is true now."""
+        while self._deaf:
+            self._node.destroy_subscription(self._ears.pop(self._deaf.pop()))
         for topic, spoil in handful:
             self._say(topic, spoil)
-        for _ in range(12):
             self._executor.spin_once(timeout_sec=0.0)
 
     def wait(self):

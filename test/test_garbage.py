@@ -3,22 +3,29 @@
 
 from collections import Counter
 from dataclasses import replace
+import json
 import os
 import random
-import time
+import subprocess
+import sys
 
 from flood import Flood, kinds, requests, rubbish
 from garbage import GARBAGE
 from hypothesis import given, HealthCheck, Phase, settings
 from hypothesis import strategies as st
-from nodes import log_has, nodes
+from nodes import log_has, nodes, wait_until
+import numpy as np
 import pytest
 import rclpy
+from test_lesson import children
 from test_talk import Table
 
+from comply_ros.core import grid
 from comply_ros.core.advising import Advising
 from comply_ros.core.dialogue import (
     Action,
+    describe,
+    grid_of,
     Progress,
     Recommendation,
     Refused,
@@ -26,10 +33,17 @@ from comply_ros.core.dialogue import (
     WorldDescription,
 )
 from comply_ros.core.draws import streams
+from comply_ros.core.learner_actor import LearnerActor
+from comply_ros.core.mentor_actor import MentorActor
 from comply_ros.core.mentors import noisy_policy
 from comply_ros.core.methods import find_method
+from comply_ros.core.problems import problem_of_world
 from comply_ros.core.training import Training
 from comply_ros.core.world import World
+from comply_ros.core.world_actor import WorldActor
+from comply_ros.nodes import topics
+from comply_ros.nodes.observer import can_advise, can_be
+from comply_ros.nodes.processes import START
 from comply_ros.session.maps import read_map
 from comply_ros.session.mentors import mentor_policy, read_spec
 
@@ -39,6 +53,8 @@ settings.register_profile('garbage', deadline=None, max_examples=8, database=Non
                           suppress_health_check=list(HealthCheck))
 garbage = settings(settings.get_profile('garbage'))
 HEARD = WorldDescription, StateReward, Recommendation, Action
+BAR = read_map('bar_grid', 'published')
+POLICY = noisy_policy(World(BAR), 0.3, streams(8)[0])
 A_HANDFUL = st.lists(st.one_of([st.tuples(st.just(kind), GARBAGE[kind]) for kind in HEARD]),
                      min_size=30, max_size=60)
 
@@ -117,11 +133,7 @@ def test_garbage_changes_no_bit_and_stops_no_conversation(name, remembers, budge
     assert [said.mean_return for said in progress] == returns
 
 
-BAR = read_map('bar_grid', 'published')
-POLICY = noisy_policy(World(BAR), 0.3, streams(8)[0])
-
-
-ITERATIONS = 150
+ITERATIONS = 60
 MANY, TIMES = 10_000, 4
 OURS = {'iterations': ITERATIONS, 'episodes': 5}
 FEW = settings(settings.get_profile('garbage'), max_examples=10_000)
@@ -162,12 +174,12 @@ def flood_while(flood, learns, least=MANY):
             raise Enough
 
     flood.spin_until(lambda: len(flood.latest) == len(kinds), 'message on every topic')
-    flood.turns.clear()
+    steps = flood.steps()
     with pytest.raises(Enough):
         throw()
     flood.wait()
     assert learns(), 'the learning was over before all had arrived'
-    assert len(flood.turns) > 50, 'the conversation stood still in the flood'
+    assert flood.steps() > steps + 100, 'the conversation stood still in the flood'
     flood.spin_until(lambda: all(future.done() for future in flood.asked), 'answer')
     assert not [future.exception() for future in flood.asked if future.exception()]
 
@@ -185,18 +197,122 @@ def assert_told_once(started, flood):
 @pytest.mark.usefixtures('domain')
 def test_ten_thousand_messages_of_garbage_leave_the_digest_and_every_node(
         tmp_path, context, expected):
-    with nodes(tmp_path, grid_world=('-p', 'map:=bar_grid', '-p', 'seed:=3', '-p', 'rate:=300.0'),
+    with nodes(tmp_path, grid_world=('-p', 'map:=bar_grid', '-p', 'seed:=3', '-p', 'rate:=100.0'),
                mentor=('-p', 'mentor:=noisy:0.3'), learner=(
                    '-p', 'seed:=3', *(word for name, value in OURS.items()
                                       for word in ('-p', f'{name}:={value}')))) as started:
         flood = Flood(context, [process.pid for process in started.values()])
         finished = log_has(started['learner'], 'finished')
-        begin = time.monotonic()
         flood_while(flood, lambda: not finished())
-        print('FLOOD', flood.told, time.monotonic() - begin, flood.count, len(flood.turns), len(flood.asked))
         flood.set_rate(0.0)
         flood.spin_until(finished, 'end of the learning')
         flood.told.clear()
         flood.spin_until(lambda: flood.told.keys() >= started.keys(), 'last diagnoses')
         assert expected.memory.digest() in started['learner'].log.read_text()
         assert_told_once(started, flood)
+
+
+@pytest.mark.usefixtures('domain')
+def test_a_lesson_in_a_flood_of_garbage_ends_with_its_digest_and_its_curve(
+        tmp_path, context, expected):
+    lesson = subprocess.Popen(
+        [sys.executable, '-c', START.format('lesson'), '--map', 'bar_grid', '--mentor',
+         'noisy:0.3', '--iterations', str(ITERATIONS), '--episodes', '5', '--seed', '3',
+         '--rate', '600', '--out', str(tmp_path)], stderr=subprocess.PIPE, text=True)
+    try:
+        log = tmp_path / 'learner.log'
+        wait_until(lambda: log.exists() and 'begins to learn' in log.read_text(), 'learning')
+        flood = Flood(context, list(children(lesson).values()))
+        flood.spin_until(lambda: topics.PROGRESS.name in flood.latest, 'progress')
+        flood_while(flood, lambda: 'finished' not in log.read_text(), least=1_000)
+        said = lesson.communicate(timeout=60)[1]
+    finally:
+        lesson.kill()
+        lesson.wait()
+    assert lesson.returncode == 0 and 'Traceback' not in said, said
+    summary = json.loads((tmp_path / 'summary.json').read_text())
+    assert summary['digest'] == expected.memory.digest()
+    assert summary['return_per_iteration'] == pytest.approx(expected.returns)
+    assert len(log.read_text()) < 20_000
+
+
+def seated(**settings):
+    """Return a learner without a mentor that has answered the first question of a world."""
+    world = WorldActor(BAR, 'bar', 7, 4)
+    learner = LearnerActor(replace(find_method('q_learning', 'published'), **settings), 4)
+    learner.hear_world(world.description)
+    world.hear_action(*learner.hear_state(world.question))
+    return world, learner
+
+
+def test_questions_to_somebody_else_that_do_not_follow_each_other_put_no_learner_aside():
+    world, learner = seated()
+    order = random.Random(1)
+    for _ in range(200):
+        learner.hear_state(world.question._replace(
+            episode=order.randrange(2, 2 ** 32), step=order.randrange(9), learner=99))
+    assert not learner.aside
+    for step in range(20):
+        learner.hear_state(world.question._replace(episode=3, step=step + 1, learner=99))
+    assert learner.aside
+
+
+def test_two_unlikely_moves_in_one_turn_are_not_one_that_is_asked_again():
+    world, learner = seated()
+    far = [s for s in range(121) if World(BAR).free[s] and not World(BAR).leads(
+        learner._turns.state, s)]
+    for s in far[:5]:
+        assert type(learner.hear_state(world.question._replace(state=s))[0]) is Refused
+    assert type(learner.hear_state(world.question)[0]) is Action
+
+
+def test_a_mentor_leaves_no_world_that_is_answered_for_one_that_began_earlier():
+    mentor, world = MentorActor(), WorldActor(BAR, 'bar', 7, 4, began=9.0)
+    mentor.hear_world(world.description)
+    mentor.use(POLICY)
+    mentor.hear_state(world.question._replace(step=1, reward=-1.0))
+    assert mentor.hear_world(world.description._replace(run=8, began=1.0)) == ()
+    assert mentor.described.run == 7
+
+
+@pytest.mark.parametrize('wrong', [{'action': 99}, {'confidence': float('nan')}])
+def test_a_mentor_that_watches_overhears_what_the_world_refuses(wrong):
+    mentor, world = MentorActor(5, 'mistakes'), WorldActor(BAR, 'bar', 7, 4)
+    mentor.hear_world(world.description)
+    mentor.use(POLICY)
+    mentor.hear_state(world.question)
+    right = Action(7, 1, 0, int(World(BAR).available[world.question.state].argmax()), False, 0.0)
+    mentor.hear_action(right._replace(**wrong))
+    assert right not in mentor.told
+    mentor.hear_action(right)
+    assert right in mentor.told
+
+
+def test_a_world_with_a_wrong_hash_is_refused_before_its_ways_are_searched(monkeypatch):
+    monkeypatch.setattr(grid, '_cells_that_reach_a_goal', None)
+    with pytest.raises(ValueError, match='sha256 must be that of the world'):
+        grid_of(describe(BAR, 'bar', 7)._replace(sha256='x'))
+
+
+def test_a_name_of_megabytes_is_not_written_into_a_log():
+    here = describe(BAR, 'bar', 7)
+    with pytest.raises(ValueError, match='a name must have at most 255 characters, got 1000000'):
+        grid_of(here._replace(name='x' * 1_000_000))
+    refused, = problem_of_world(here._replace(name='x' * 1_000_000, sha256=''), here)
+    assert len(refused.reason) < 400
+
+
+@pytest.mark.parametrize('wrong', [
+    {'mean_return': float('nan')}, {'temperature': float('inf')}, {'confidence': 7.0},
+    {'finished': True}, {'episodes': 0}])
+def test_a_report_that_cannot_be_right_is_none_of_a_lesson(wrong):
+    right = Progress(7, 1, 9, 5, 80, -3.0, float('nan'), 0.5, False)
+    assert can_be(right) and not can_be(right._replace(**wrong))
+
+
+def test_advice_that_no_cell_has_is_none_of_a_lesson():
+    world = World(BAR)
+    assert can_advise(POLICY, world)
+    assert not can_advise(POLICY[:-1], world)
+    for wrong in (77, -128, int(np.flatnonzero(~world.available[0])[0])):
+        assert not can_advise([wrong, *POLICY[1:]], world)
