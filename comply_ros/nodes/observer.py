@@ -49,7 +49,7 @@ class Observer(SturdyNode):
         super().__init__('lesson', namespace=namespace)
         self.progress, self.advice, self.began, self.words = [], None, None, {}
         self._world, self._early_policy, self._early = None, None, deque(maxlen=REPORTS)
-        self._mdp, self._lacks_progress = None, False
+        self._mdp, self._before = None, 0
         self._pace = deque(maxlen=PACE)
         self._processes = ()
         self._on_progress = on_progress
@@ -67,11 +67,12 @@ class Observer(SturdyNode):
                                         lambda message: hear(decode(message)), topic.qos)
 
     def _look(self):
-        """Listen anew, once a second, where something was lost in a crowd: it is latched."""
+        """Listen anew where nothing came for a second: what a crowd pushed out is latched."""
         if self._world and self.advice is None:
             self._listen_anew(MENTOR_POLICY, self._hear_policy)
-        if self._lacks_progress:
+        if self._world and len(self.progress) == self._before:
             self._listen_anew(PROGRESS, self._hear_progress)
+        self._before = len(self.progress)
 
     def _listen_anew(self, topic, hear):
         if topic.name in self._ears:
@@ -125,7 +126,6 @@ class Observer(SturdyNode):
         if said.run != self._world.run or not can_be(said):
             return
         already = len(self.progress)
-        self._lacks_progress = said.iteration > already + 1
         if said.iteration != already + 1 or already and said.steps <= self.progress[-1].steps:
             return
         self.progress.append(said)
