@@ -21,6 +21,7 @@ TAKEN = ('other nodes speak on the topics of this lesson: end them, or give this
 PACE = 20  # iterations over which the steps per second are measured
 SHORTEST = 0.2  # seconds that they must have taken together
 LONGEST_WORDS = 80  # characters of what a node says of itself
+STALE = 5.0  # seconds without a report after which the last ones are asked for again
 
 
 class LessonFailed(RuntimeError):
@@ -57,7 +58,7 @@ class Observer(SturdyNode):
         self._ears = {}
         self._listen_anew(PROGRESS, self._hear_progress)
         self._listen_anew(MENTOR_POLICY, self._hear_policy)
-        self.create_timer(1.0, self._look)
+        self.create_timer(STALE, self._look)
         self.create_subscription(DiagnosticArray, TOPIC, self._hear_health, 10)
         self._save = self.create_client(Save, SAVE)
 
@@ -67,7 +68,7 @@ class Observer(SturdyNode):
                                         lambda message: hear(decode(message)), topic.qos)
 
     def _look(self):
-        """Listen anew where nothing came for a second: what a crowd pushed out is latched."""
+        """Listen anew where nothing came for a while: what a crowd pushed out is latched."""
         if self._world and self.advice is None:
             self._listen_anew(MENTOR_POLICY, self._hear_policy)
         if self._world and len(self.progress) == self._before:
