@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Start the grid world, the mentor and the learner: `ros2 launch comply_ros teach.launch.py`."""
 
+from pathlib import Path
+
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
@@ -20,7 +22,7 @@ ARGUMENTS = (
     ('namespace', '', 'of the three nodes, for a second robot'),
     ('params_file', DEFAULT_FILE, 'further parameters; the arguments above win'),
     ('state_dir', '', 'folder in which the nodes keep what they need to go on after a kill'),
-    ('respawn', 'false', 'start a node again that has ended; with state_dir nothing is lost'),
+    ('respawn', 'false', 'start a node again that was killed; with state_dir nothing is lost'),
     ('log_level', 'info', 'how much the nodes say'),
 )
 CHOICES = {
@@ -39,11 +41,23 @@ NODES = {
     'mentor': ('mentor', 'state_dir'),
     'learner': ('method', 'profile', 'seed', 'state_dir'),
 }
+REFUSED = 2  # exit code of a node that cannot do what it was told, and could not the next time
+
+
+def when_ended(name, respawns):
+    """Return the handler of a node's end: all end with it, unless it is started again."""
+    def handle(event, context):
+        if context.is_shutdown or (respawns and event.returncode != REFUSED):
+            return None
+        return Shutdown(reason=f'{name} has ended')
+    return handle
 
 
 def nodes(context):
-    """Return the three nodes; where one ends it is started again, or all end."""
+    """Return the three nodes; raises ValueError if there is no `params_file`."""
     given = {name: LaunchConfiguration(name).perform(context) for name, _, _ in ARGUMENTS}
+    if not Path(given['params_file']).is_file():  # launch would warn, and start without it
+        raise ValueError(f'params_file must be a file, got {given["params_file"]!r}')
     respawns, started = given['respawn'] == 'true', []
     for name, arguments in NODES.items():
         values = {each: ParameterValue(LaunchConfiguration(each),
@@ -54,7 +68,7 @@ def nodes(context):
             parameters=[given['params_file'], values],  # the file first, so that arguments win
             arguments=['--ros-args', '--enclave', f'/{name}', '--log-level', given['log_level']],
             output='screen', emulate_tty=True, respawn=respawns, respawn_delay=0.5,
-            on_exit=None if respawns else Shutdown(reason=f'{name} has ended')))
+            on_exit=when_ended(name, respawns)))
     return started
 
 
