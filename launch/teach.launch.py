@@ -18,6 +18,7 @@ ARGUMENTS = (
     ('mentor', '', 'optimal, random, adversarial, noisy:P, snapshot:Q, file:PATH, none; with @C '
      'behind it, in a share C of the states only'),
     ('seed', '', 'seed of the world and the learner'),
+    ('iterations', '', 'how long to learn; 0: without end'),
     ('profile', '', "settings of the report's text, or of the published runs"),
     ('namespace', '', 'of the three nodes, for a second robot'),
     ('params_file', DEFAULT_FILE, 'further parameters; the arguments above win'),
@@ -39,8 +40,9 @@ CHOICES = {
 NODES = {
     'grid_world': ('map', 'profile', 'seed', 'state_dir'),
     'mentor': ('mentor', 'state_dir'),
-    'learner': ('method', 'profile', 'seed', 'state_dir'),
+    'learner': ('method', 'profile', 'seed', 'iterations', 'state_dir'),
 }
+NUMBERS = ('seed', 'iterations')
 REFUSED = 2  # exit code of a node that cannot do what it was told, and could not the next time
 
 
@@ -61,7 +63,7 @@ def nodes(context):
     respawns, started = given['respawn'] == 'true', []
     for name, arguments in NODES.items():
         values = {each: ParameterValue(LaunchConfiguration(each),
-                                       value_type=None if each == 'seed' else str)
+                                       value_type=None if each in NUMBERS else str)
                   for each in arguments if given[each]}
         started.append(Node(
             package='comply_ros', executable=name, name=name, namespace=given['namespace'],

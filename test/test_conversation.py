@@ -307,7 +307,7 @@ def test_who_waits_says_for_what():
     actor.hear_state(state())
     assert actor.waits_for() == 'a recommendation in state 0: is a mentor running?'
     assert mentor().waits_for() is None
-    assert 'an action in turn (1, 0)' in WorldActor(ROOM, 'room', RUN, seed=0).waits_for()
+    assert 'an action in episode 1, step 0' in WorldActor(ROOM, 'room', RUN, seed=0).waits_for()
 
 
 IN_THE_ROOM = list(product((learner, mentor), (

@@ -193,7 +193,7 @@ def test_what_is_no_ros_argument_is_refused():
 @pytest.mark.parametrize('name, what', [
     ('learner', 'waits for a world: is a grid_world running?'),
     ('mentor', 'waits for a world: is a grid_world running?'),
-    ('grid_world', 'waits for an action in turn (1, 0): is a learner running, or has it ')])
+    ('grid_world', 'waits for an action in episode 1, step 0: is a learner running, or has it ')])
 def test_a_node_that_waits_says_for_what(tmp_path, name, what):
     with nodes(tmp_path, **{name: ()}) as started:
         assert wait_until(log_has(started[name], what), what)

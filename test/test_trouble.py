@@ -80,8 +80,7 @@ def test_a_second_learner_stands_aside_and_the_first_one_keeps_the_run(tmp_path,
     with nodes(tmp_path, grid_world=SLOW, mentor=MENTOR, learner=LEARNER) as started:
         spin_until(node, lambda: len(said) > 20, 'learning')
         with nodes(tmp_path / 'second', learner=LEARNER) as second:
-            wait_until(log_has(second['learner'], ', stands aside; end it, or give it a world of '
-                               'its own'), 'second learner')
+            wait_until(log_has(second['learner'], 'stands aside: learner '), 'second learner')
             assert digest_of(started['learner']) == expected
             assert 'finished' not in second['learner'].log.read_text()
         assert 'refused' not in started['learner'].log.read_text()

@@ -88,8 +88,8 @@ def test_one_learner_too_many_stands_aside_after_a_score_of_turns_of_another():
         for _ in range(3):  # repetitions do not count
             assert turns.leave(state(step=step)._replace(learner=5), 6) == ()
     aside, = turns.leave(state(step=OF_ANOTHER)._replace(learner=5), 6)
-    assert aside == Aside('learner 5 came first and keeps run 7: this one, 6, stands aside; end '
-                          'it, or give it a world of its own')
+    assert aside == Aside('learner 5 came first and keeps run 7: end this one, 6, or give it a '
+                          'world of its own')
     assert turns.aside
 
 

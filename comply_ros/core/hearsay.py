@@ -60,7 +60,7 @@ class Hearsay:
             return (Dropped('advice too late', f'dropped a recommendation of turn {turn(said)}: '
                             'it came late, or twice'),)
         before, self._early = self._early, said
-        if before is None or turn(before) == turn(said):
+        if before is None or turn(before) == turn(said) or not self._asked:
             return ()
         return (Refused('advice for no question', 'a recommendation must be for a question that '
                         f'was asked, got turn {turn(before)} after turn {self._newest}'),)

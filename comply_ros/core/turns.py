@@ -61,8 +61,8 @@ class Turns:
         if self.left < OF_ANOTHER:
             return ()
         self.aside = True
-        return (Aside(f'learner {said.learner} came first and keeps run {said.run}: this one, '
-                      f'{number}, stands aside; end it, or give it a world of its own'),)
+        return (Aside(f'learner {said.learner} came first and keeps run {said.run}: end this one, '
+                      f'{number}, or give it a world of its own'),)
 
     def remark(self, said, world):
         """

@@ -73,8 +73,8 @@ class WorldActor:
 
     def waits_for(self):
         """Text of what this world needs before it can go on."""
-        return (f'an action in turn {turn(self.question)}: is a learner running, or has it '
-                'finished?')
+        return (f'an action in episode {self.question.episode}, step {self.question.step}: is a '
+                'learner running, or has it finished?')
 
     def hear_world(self, said):
         """
@@ -104,8 +104,7 @@ class WorldActor:
             return (mine,)
         self.aside = True
         return (Aside(f'another world, {said.name!r}, came first and keeps these topics for its '
-                      f'run {said.run}: this one stands aside; end it, or give it a namespace '
-                      'of its own'),)
+                      f'run {said.run}: end this one, or give it a namespace of its own'),)
 
     def hear_action(self, said):
         """

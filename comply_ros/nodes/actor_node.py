@@ -13,7 +13,7 @@ from comply_ros.nodes.parameters import (
     unknown_overrides,
 )
 from comply_ros.nodes.strangers import Strangers
-from comply_ros.nodes.topics import decoder, encoder
+from comply_ros.nodes.topics import decoder, encoder, RECOMMENDATION
 from comply_ros.session.keeping import Keeper
 
 PATIENCE = 3  # seconds of waiting after which a node says for what
@@ -77,7 +77,7 @@ class ActorNode(SturdyNode):
             if self._unsaid is None:  # while it pauses; what is not heard now is said again
                 self.answer(hear(decode(message)))
         self.create_subscription(topic.message, topic.name, take, topic.qos)
-        self._strangers.watch(topic)
+        self._strangers.watch(topic, has_one_speaker=topic is RECOMMENDATION)
 
     def recall(self, identity, kinds):
         """
@@ -220,7 +220,7 @@ class ActorNode(SturdyNode):
     def _drop(self, said):
         self.health.dropped[said.kind] += 1
         if self.health.dropped[said.kind] == 1:
-            self.get_logger().info(f'{said.reason} (told once, counted)')
+            self.get_logger().info(f'{said.reason} (harmless; told once, counted)')
 
     def _tell(self, said):
         self.get_logger().info(said.text)
@@ -228,9 +228,14 @@ class ActorNode(SturdyNode):
     def _stand_aside(self, said):
         """Fall silent for good: nothing of this node is found on its topics and services."""
         self._aside = f'{STANDS_ASIDE}: {said.reason}'
-        self.get_logger().error(said.reason)
+        self.get_logger().error(self._aside)
         for end in self._ends:
             self.destroy_publisher(end)
         for service in self._services_of_ours:
             self.destroy_service(service)
         self._voices = dict.fromkeys(self._voices, lambda said: None)
+
+
+def map_words(name, sha256):
+    """Name of a map with what tells it from every other of that name."""
+    return f'{name} ({sha256[:12]})'

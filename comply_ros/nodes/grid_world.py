@@ -10,7 +10,7 @@ from rcl_interfaces.msg import SetParametersResult
 from comply_ros.core.dialogue import Action, Dropped, Refused, turn
 from comply_ros.core.grid import MapError
 from comply_ros.core.world_actor import WorldActor
-from comply_ros.nodes.actor_node import ActorNode
+from comply_ros.nodes.actor_node import ActorNode, map_words
 from comply_ros.nodes.parameters import MAP, ParameterError, PROFILE, RATE, SEED, SLOWEST
 from comply_ros.nodes.running import run_node
 from comply_ros.nodes.topics import ACTION, EPISODE, STATE, WORLD
@@ -28,7 +28,8 @@ class GridWorld(ActorNode):
         name, profile, seed = (self.declare(each) for each in (MAP, PROFILE, SEED))
         grid = read_map(name, profile)
         self.actor = WorldActor(grid, Path(name).stem, secrets.randbits(32), seed, time.time())
-        kept = self.recall({'map': grid.sha256, 'seed': seed}, (Action,))
+        kept = self.recall({'map': map_words(Path(name).stem, grid.sha256), 'seed': seed},
+                           (Action,))
         if kept:
             self.actor.restore(*kept)
             self.get_logger().info(f'goes on at turn {turn(self.actor.question)}')

@@ -128,8 +128,8 @@ class Learner(ActorNode):
         if kept:
             self.actor.restore(*kept)
             self.get_logger().info(
-                f'goes on after {self.actor.student.steps} steps, {len(kept[2])} records of them '
-                f'learned again from the journal')
+                f'goes on after {self.actor.student.steps} steps ({len(kept[2])} records read '
+                'again from its journal)')
         self._home = self.actor.described.sha256 if kept else None
 
     def _say_what_was_kept(self):

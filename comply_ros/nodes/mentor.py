@@ -13,7 +13,7 @@ from comply_ros.core.mentor_actor import MentorActor
 from comply_ros.core.mentors import MentorError
 from comply_ros.core.planning import PlanningError
 from comply_ros.core.policy import PolicyError
-from comply_ros.nodes.actor_node import ActorNode
+from comply_ros.nodes.actor_node import ActorNode, map_words
 from comply_ros.nodes.parameters import (
     ADVISING,
     BUDGET,
@@ -117,7 +117,8 @@ class Mentor(ActorNode):
         if self.keeper:
             self.keeper.close()
         return self.recall({
-            'mentor': self._mentor, 'seed': self._seed, 'map': self.actor.described.sha256,
+            'mentor': self._mentor, 'seed': self._seed,
+            'map': map_words(self.actor.described.name, self.actor.described.sha256),
             'budget': self.get_parameter('budget').value,
             'advising': self.get_parameter('advising').value,
             'policy': hashlib.sha256(policy.tobytes()).hexdigest()}, (StateReward, Action))
