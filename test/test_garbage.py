@@ -262,7 +262,8 @@ def test_two_unlikely_moves_in_one_turn_are_not_one_that_is_asked_again():
     far = [s for s in range(121) if World(BAR).free[s] and not World(BAR).leads(
         learner._turns.state, s)]
     for s in far[:5]:
-        assert type(learner.hear_state(world.question._replace(state=s))[0]) is Refused
+        assert type(learner.hear_state(world.question._replace(
+            state=s, terminated=False))[0]) is Refused
     assert type(learner.hear_state(world.question)[0]) is Action
 
 
