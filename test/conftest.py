@@ -4,6 +4,7 @@
 import os
 
 import pytest
+import shared_memory
 
 from comply_ros.core.compiled import compiled
 
@@ -23,4 +24,5 @@ def domain(monkeypatch):
         monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
         monkeypatch.setenv('ROS_PYTHON_CHECK_FIELDS', '1')
         assert os.environ['ROS_DOMAIN_ID'] == str(number)
+        shared_memory.clear(number)  # of nodes that earlier tests have killed
         yield number

@@ -114,7 +114,9 @@ def test_a_repeated_answer_is_dropped():
 def test_an_old_question_is_dropped():
     actor = learner()
     actor.hear_recommendation(advice(step=4))
-    assert len(actor.hear_state(state(step=4))) == 1
+    actor.hear_state(state(step=4))
+    actor.hear_recommendation(advice(step=4))
+    assert [type(each) for each in actor.hear_state(state(step=4))] == [Action]
     assert actor.hear_state(state(step=3, s=5)) == (
         Dropped('state too late', 'dropped a state of turn (1, 3): it came late, or twice'),)
 
@@ -154,8 +156,11 @@ def test_a_learner_that_is_finished_answers_no_more():
 def test_who_comes_late_learns_nothing_from_what_it_has_not_seen():
     actor = learner()
     digest = actor.memory.digest()
-    actor.hear_recommendation(advice(episode=3, step=9, s=1))
-    assert len(actor.hear_state(state(episode=3, step=9, s=1, reward=-1.0))) == 1
+    late, early = state(episode=3, step=9, s=1, reward=-1.0), advice(episode=3, step=9, s=1)
+    actor.hear_recommendation(early)
+    assert actor.hear_state(late) == (Dropped('joins late', 'joins a run in turn (3, 9): takes '
+                                              'part as soon as that is asked again'),)
+    assert [type(each) for each in actor.hear_state(late)] == [Action]
     assert actor.memory.digest() == digest
     assert actor.student.steps == 0
 
@@ -277,7 +282,8 @@ def test_a_question_out_of_turn_is_refused():
 
 def test_an_episode_that_was_not_seen_whole_does_not_count():
     actor = learner(trust='none', episodes=1)
-    actor.hear_state(state(step=3, s=5, reward=-1.0))
+    for _ in range(2):
+        actor.hear_state(state(step=3, s=5, reward=-1.0))
     said = actor.hear_state(state(step=4, s=8, reward=10.0, terminated=True))
     assert [type(each) for each in said] == [Action]
     for step, s in enumerate((0, 1, 2, 5)):
@@ -389,6 +395,18 @@ def test_a_description_that_is_no_world_is_refused(changes, message):
 def test_a_description_is_all_that_is_needed_to_rebuild_the_world():
     assert grid_of(HERE) == ROOM
     assert issubclass(MapError, ValueError)
+
+
+def test_a_watching_mentor_that_the_learner_went_on_without_advises_again():
+    actor = MentorActor(budget=9, when='mistakes')
+    actor.hear_world(HERE)
+    actor.use(UP_EVERYWHERE)
+    actor.hear_state(state())
+    missed, now = state(step=5, s=1), Action(RUN, 1, 4, 3, False, 0.0, learner=5)
+    assert actor.hear_state(missed) == ()  # it has not seen what was done in the first state
+    assert actor.hear_action(now) == ()
+    assert [type(each) for each in actor.hear_state(missed)] == [Dropped]
+    assert [type(each) for each in actor.hear_state(missed)] == [Recommendation]
 
 
 def test_the_mentor_answers_tools_too():

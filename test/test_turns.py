@@ -19,8 +19,13 @@ def after(*asked, **settings):
     return turns
 
 
-def test_who_has_answered_nothing_takes_any_question():
-    assert Turns().remark(state(episode=9, step=3, s=4), ROOM) is None
+def test_who_has_answered_nothing_takes_the_first_question_at_once_and_any_other_asked_again():
+    assert Turns().remark(state(), ROOM) is None
+    turns, late = Turns(), state(episode=9, step=3, s=4)
+    assert turns.remark(late, ROOM).kind == 'joins late'
+    assert turns.remark(state(episode=9, step=4, s=4), ROOM).kind == 'joins late'
+    assert turns.remark(late, ROOM).kind == 'joins late'
+    assert turns.remark(late, ROOM) is None
 
 
 @pytest.mark.parametrize('said', [state(step=1, s=1), state(step=1, s=3)])

@@ -72,7 +72,9 @@ def test_a_run_whose_learner_gives_no_sign_takes_another():
     assert asked.learner == 5
     description, asked = here.ask_again(RELEASE + 0.1)
     assert (description, asked.learner) == (here.description, ANYONE)
-    action, = alone(6).hear_state(asked)
+    late = alone(6)
+    late.hear_state(asked)
+    action, = late.hear_state(asked)
     assert here.hear_action(action)[-1].learner == 6
 
 

@@ -5,6 +5,7 @@ from comply_ros.core.attention import Attention
 from comply_ros.core.dialogue import (
     Answered,
     ANYONE,
+    Dropped,
     grid_of,
     Notice,
     Refused,
@@ -155,7 +156,7 @@ class LearnerActor:
         if said.learner not in (ANYONE, self.number):
             return self._turns.leave(said, self.number)
         remark = self._turns.remark(said, self.world)
-        if self.finished or type(remark) is Refused:
+        if self.finished or type(remark) in (Refused, Dropped):
             return (remark,) if remark else ()
         return (remark, *self._take_up(said)) if remark else self._take_up(said)
 

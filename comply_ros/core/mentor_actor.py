@@ -6,6 +6,7 @@ from comply_ros.core.attention import Attention
 from comply_ros.core.dialogue import (
     Action,
     ANYONE,
+    Dropped,
     grid_of,
     Notice,
     Recommendation,
@@ -123,6 +124,9 @@ class MentorActor:
     def hear_action(self, said):
         """Remember what the learner did; return what is to be said about a state that waited."""
         asked = self._asked
+        if self._is_passed_by(said):
+            self._asked, self._turns = None, Turns(sees_ends=False)
+            return ()
         if asked is None or said.run != self._attention.run or turn(said) != turn(asked) \
                 or turn(said) == self._acted or not self._can_answer(said, asked):
             return ()
@@ -131,6 +135,12 @@ class MentorActor:
         if said.action in range(4):
             self._advising.watch(asked.state, said.action)
         return self.hear_held()
+
+    def _is_passed_by(self, said):
+        """Tell whether the learner went on without advice, from the last question to one held."""
+        held, asked = self._held, self._asked
+        return (held is not None and asked is not None and said.run == held.run
+                and turn(asked) < turn(said) == (held.episode, held.step - 1))
 
     def _can_answer(self, said, asked):
         """Tell whether the world takes this `Action` for an answer; it warns of one that not."""
@@ -209,7 +219,7 @@ class MentorActor:
                 return (self._turns.too_late(turn(said)),)
             return self._answer
         remark = self._turns.remark(said, self.world)
-        if type(remark) is Refused:
+        if type(remark) in (Refused, Dropped):
             return (remark,)
         return (remark, *self._advise(said)) if remark else self._advise(said)
 

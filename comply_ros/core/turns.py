@@ -3,7 +3,7 @@
 
 from comply_ros.core.dialogue import Aside, Dropped, Notice, Refused, turn
 
-NOT_YET = (0, -1)  # before the first turn, which is (1, 0)
+FIRST, NOT_YET = (1, 0), (0, -1)  # the first turn, and before it
 OF_ANOTHER = 20  # turns of another learner after which this one is one too many
 
 
@@ -68,12 +68,16 @@ class Turns:
         """
         `Refused` for a question that cannot be the next, a `Notice` for one after a gap, or None.
 
-        What only might be wrong is taken when it is asked again: an unlikely move at once, a gap
-        only after a `look`.
+        What only might be wrong is taken when it is asked again: a first question in the middle
+        of a run (`Dropped`) and an unlikely move at once, a gap only after a `look`.
         """
         here, again, self._doubted = turn(said), self._doubted == said, None
-        if self.answered == NOT_YET:
+        if self.answered == NOT_YET and (again or here == FIRST):
             return None
+        if self.answered == NOT_YET:
+            self._doubted = said
+            return Dropped('joins late', f'joins a run in turn {here}: takes part as soon as that '
+                           'is asked again')
         episode, step = self.answered
         begins, goes_on = here == (episode + 1, 0), here == (episode, step + 1)
         if begins and (self.ended or not self._sees_ends) or goes_on and not self.ended:
