@@ -6,6 +6,7 @@ import errno
 from itertools import count
 import os
 from pathlib import Path
+import random
 import shutil
 import threading
 from typing import NamedTuple
@@ -170,7 +171,8 @@ def test_a_flipped_bit_is_an_error_of_one_line_or_at_the_end_a_record_less(tmp_p
         shutil.rmtree(folder)
 
 
-@pytest.mark.parametrize('content', [b'', b'\0' * 100, b'comply_ros snapshot 1\n', os.urandom(99)])
+@pytest.mark.parametrize('content', [
+    b'', b'\0' * 100, b'comply_ros snapshot 1\n', random.Random(0).randbytes(99)])
 def test_a_file_that_is_no_snapshot_is_refused_and_left_untouched(keep, kept, content):
     (kept / 'learner.snapshot').write_bytes(content)
     before = contents(kept)
