@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The learner in the conversation: a state and a recommendation in, an action out."""
 
-from comply_ros.core.attention import Attention
+from comply_ros.core.attendant import Attendant
 from comply_ros.core.dialogue import (
     Answered,
     ANYONE,
@@ -15,13 +15,13 @@ from comply_ros.core.dialogue import (
 )
 from comply_ros.core.grid import NO_ACTION
 from comply_ros.core.hearsay import Hearsay
-from comply_ros.core.problems import problem_of_state, problem_of_world
+from comply_ros.core.problems import problem_of_state
 from comply_ros.core.respondent import Respondent
 from comply_ros.core.turns import Turns
 from comply_ros.core.world import World
 
 
-class LearnerActor:
+class LearnerActor(Attendant):
     """
     Answers every state once, when the advice that it needs is there, and learns by the way.
 
@@ -38,45 +38,19 @@ class LearnerActor:
     ----------
     world: the `World` that it attends to, None before.
     asked: the `StateReward` that waits for advice, or None.
-    told: what it was told and has used, in order, to be kept before an answer is said.
-    begins: True when its state does not follow from what it was told, and is to be kept whole.
 
     """
 
     def __init__(self, method, seed, remembers_advice=True, number=1):
+        super().__init__()
         self.method, self._remembers_advice = method, remembers_advice
-        self.world, self.asked, self.told, self.begins = None, None, [], False
-        self._attention, self._turns, self._hearsay = Attention(), Turns(), Hearsay()
+        self.world, self.asked, self._turns, self._hearsay = None, None, Turns(), Hearsay()
         self._respondent = Respondent(method, seed, number)
-
-    def hear_world(self, said):
-        """
-        Return what is to be said about a world, and about what came before it.
-
-        The first world is attended to; see `Attention` for another one.
-
-        Raises
-        ------
-        ValueError: if it cannot be a world.
-
-        """
-        here = self._attention.described
-        if here and said.run == here.run:
-            self._attention.silent = 0
-            return problem_of_world(said, here)
-        grid = grid_of(said)
-        return self._attend(said, grid) if self._attention.prefers(said) else ()
 
     def look(self):
         """Return what is to be said if the world is silent and another asks; once a second."""
-        instead = self._attention.look()
         self._turns.look()
-        return self._attend(instead, grid_of(instead)) if instead else ()
-
-    @property
-    def described(self):
-        """The `WorldDescription` of the world that is attended to, None before."""
-        return self._attention.described
+        return super().look()
 
     @property
     def memory(self):
@@ -188,7 +162,7 @@ class LearnerActor:
     def restore(self, facts, arrays, told):
         """Change into what a state was, then learn again what was told since, step by step."""
         described = WorldDescription(*facts['described'])
-        self._attend(described, grid_of(described))
+        self.attend(described, grid_of(described))
         self._respondent.restore(facts, arrays)
         last = self._respondent.last
         if last:
@@ -218,7 +192,7 @@ class LearnerActor:
             self._hearsay.hear(early, self.world)
         self._respond(advice)
 
-    def _attend(self, said, grid):
+    def attend(self, said, grid):
         """Change into one that learns in this world; return a `Notice`, and what came early."""
         held = self._attention.attend(said)
         self.asked, self._turns, self._hearsay = None, Turns(), Hearsay(said.run)

@@ -2,12 +2,11 @@
 """The mentor in the conversation: a state in, a recommended action out."""
 
 from comply_ros.core.advising import Advising, WITHOUT_LIMIT
-from comply_ros.core.attention import Attention
+from comply_ros.core.attendant import Attendant
 from comply_ros.core.dialogue import (
     Action,
     ANYONE,
     Dropped,
-    grid_of,
     Notice,
     Recommendation,
     Refused,
@@ -15,12 +14,12 @@ from comply_ros.core.dialogue import (
     turn,
 )
 from comply_ros.core.grid import NO_ACTION
-from comply_ros.core.problems import problem_of_confidence, problem_of_state, problem_of_world
+from comply_ros.core.problems import problem_of_confidence, problem_of_state
 from comply_ros.core.turns import Turns
 from comply_ros.core.world import World
 
 
-class MentorActor:
+class MentorActor(Attendant):
     """
     Answers every state with its policy's action; holds the last one until it has a policy.
 
@@ -36,49 +35,22 @@ class MentorActor:
     policy: list of actions by state, None until there is one for this world.
     watches: whether it needs to hear the learner's actions.
     remembers: whether what it says depends on what it was told, so that it must be kept.
-    told: what it was told that matters later, to be kept before an answer is said.
     turns: states that were answered so far.
-    begins: True when its state does not follow from what it was told, and is to be kept whole.
 
     """
 
     def __init__(self, budget=WITHOUT_LIMIT, when='early'):
-        self.world, self.policy, self.told, self.begins = None, None, [], False
-        self.turns = 0
+        super().__init__()
+        self.world, self.policy, self.turns = None, None, 0
         self.remembers = budget != WITHOUT_LIMIT
         self.watches = self.remembers and when == 'mistakes'
         self._budget, self._when, self._advising = budget, when, None
-        self._attention = Attention()
         self._forget_the_run()
-
-    def hear_world(self, said):
-        """
-        Return what is to be said about a world, and about what came before it.
-
-        The first world is attended to; see `Attention` for another one.
-
-        Raises
-        ------
-        ValueError: if it cannot be a world.
-
-        """
-        here = self.described
-        if here and said.run == here.run:
-            self._attention.silent = 0
-            return problem_of_world(said, here)
-        grid = grid_of(said)
-        return self._attend(said, grid) if self._attention.prefers(said) else ()
 
     def look(self):
         """Return what is to be said if the world is silent and another asks; once a second."""
-        instead = self._attention.look()
         self._turns.look()
-        return self._attend(instead, grid_of(instead)) if instead else ()
-
-    @property
-    def described(self):
-        """The `WorldDescription` of the world that is attended to, None before."""
-        return self._attention.described
+        return super().look()
 
     def waits_for(self):
         """Text of what this mentor needs before it can go on; None where it has it all."""
@@ -198,7 +170,7 @@ class MentorActor:
         else:
             self._advise(told)
 
-    def _attend(self, said, grid):
+    def attend(self, said, grid):
         """Change into a mentor in this world; return a `Notice`, and what came early."""
         held = self._attention.attend(said)
         self._forget_the_run()

@@ -12,9 +12,9 @@ from comply_ros.nodes.parameters import (
     SturdyNode,
     unknown_overrides,
 )
+from comply_ros.nodes.store import Store
 from comply_ros.nodes.strangers import Strangers
 from comply_ros.nodes.topics import decoder, encoder, RECOMMENDATION
-from comply_ros.session.keeping import Keeper
 
 PATIENCE = 3  # seconds of waiting after which a node says for what
 AGAIN = 0.2  # seconds between two tries to keep what the disk did not take
@@ -28,7 +28,7 @@ class ActorNode(SturdyNode):
     ----------
     actor: the state machine of core that this node is a shell of.
     health: counts of what was refused and dropped.
-    keeper: the `Keeper` of its state, None where nothing is kept.
+    store: the `Store` of its state.
     mistake: an exception that a callback found; it ends the node.
 
     """
@@ -38,11 +38,11 @@ class ActorNode(SturdyNode):
             super().__init__(name, **kwargs)
         except InvalidParameterTypeException as error:  # of the parameters that every node has
             raise ParameterError(f'a parameter must be of its type: {error}') from None
-        self.actor, self.keeper, self.mistake = None, None, None
+        self.actor, self.mistake = None, None
         self.health, self._strangers = Health(self), Strangers(self)
-        self._state_dir = self.declare(STATE_DIR)
+        self.store = Store(self, self.declare(STATE_DIR))
         self._ends, self._services_of_ours = [], []
-        self._unsaid, self._trouble, self._aside = None, None, None
+        self._unsaid, self._aside = None, None
         self._waited = None, 0
         self._voices = {Refused: self._warn, Dropped: self._drop, Notice: self._tell,
                         Aside: self._stand_aside}
@@ -79,21 +79,6 @@ class ActorNode(SturdyNode):
         self.create_subscription(topic.message, topic.name, take, topic.qos)
         self._strangers.watch(topic, has_one_speaker=topic is RECOMMENDATION)
 
-    def recall(self, identity, kinds):
-        """
-        Return what was kept in `state_dir`, None where nothing was; from now on it is kept there.
-
-        Raises
-        ------
-        StateError: if it cannot be gone on from.
-
-        """
-        if not self._state_dir:
-            return None
-        name = self.get_fully_qualified_name().strip('/').replace('/', '.')
-        self.keeper = Keeper(self._state_dir, name, identity, kinds)
-        return self.keeper.recall()
-
     @property
     def paused(self):
         """Tell whether something waits to be kept before it can be said."""
@@ -105,13 +90,10 @@ class ActorNode(SturdyNode):
             return
         if self._unsaid is not None:
             self._unsaid = (*self._unsaid, *utterances)
-            return
-        if self.keeper is None:
-            self.actor.told.clear()
-        elif not self._keep():
-            self._unsaid = utterances
-            return
-        self.say(utterances)
+        elif self.store.keep(self.actor):
+            self.say(utterances)
+        else:
+            self._pause(utterances)
 
     def say(self, utterances):
         """Publish, or log, each of the tuples."""
@@ -124,76 +106,31 @@ class ActorNode(SturdyNode):
 
     def leave(self):
         """Close what is kept: the node ends."""
-        if self.keeper:
-            self.keeper.close()
-
-    def _keep(self):
-        """Return whether what the actor was told is kept now; the journal is made anew if due."""
-        try:
-            self._keep_all()
-        except OSError as error:
-            self._pause(error)
-            return False
-        if self.keeper.is_due():
-            self._renew()
-        return True
-
-    def _keep_all(self):
-        """Keep what the actor was told; raises OSError, and the next call does what is left."""
-        actor, keeper = self.actor, self.keeper
-        try:
-            if actor.begins:
-                keeper.begin(*actor.state())
-                actor.begins = False
-            else:
-                keeper.keep(actor.told)
-        finally:
-            actor.told.clear()  # the state has it, or the keeper
-
-    def _renew(self):
-        """Write a new snapshot; where that cannot be, the journal goes on."""
-        try:
-            self.keeper.begin(*self.actor.state())
-        except OSError as error:
-            self.keeper.put_off()
-            self.get_logger().warning(f'no new snapshot in state_dir {self._state_dir!r} '
-                                      f'({error.strerror.lower()}): the journal goes on')
-
-    def _make_anew(self):
-        """Keep all in a new `state_dir`, where somebody took the old one away; else pause."""
-        self.get_logger().warning(f'state_dir {self._state_dir!r} was taken away: it is made anew')
-        self.actor.begins = True
-        if not self._keep():
-            self._unsaid = ()
-
-    def _pause(self, error):
-        self._trouble = f'pauses: state_dir {self._state_dir!r} cannot be written ' \
-                        f'({error.strerror.lower()})'
-        self.get_logger().error(f'{self._trouble}; goes on when it can')
-        self._retry.reset()
+        self.store.close()
 
     def _try_again(self):
         """Keep what could not be kept before, and then say what follows from it."""
-        try:
-            self._keep_all()
-        except OSError:
-            return  # told when it began
-        self._retry.cancel()
-        self.get_logger().info('state_dir can be written again: goes on')
-        unsaid, self._unsaid, self._trouble = self._unsaid, None, None
-        self.say(unsaid)
+        if self._unsaid is not None and self.store.keep(self.actor):
+            self._retry.cancel()
+            unsaid, self._unsaid = self._unsaid, None
+            self.say(unsaid)
+
+    def _pause(self, unsaid):
+        """Say nothing and hear nothing until what the actor was told can be kept."""
+        self._unsaid = unsaid
+        self._retry.reset()
 
     def _look(self):
         """Once a second: look at what the actor waits for, at the disk, and who else is there."""
         if self.actor is None or self.mistake:
             return
-        if self._unsaid is None:
-            if self.keeper and self.keeper.is_lost():
-                self._make_anew()
-            self.answer(self.look() if self._unsaid is None else ())
+        if self._unsaid is None and not self.store.look(self.actor):
+            self._pause(())
+        elif self._unsaid is None:
+            self.answer(self.look())
         for remark in self._strangers.look():
             self.get_logger().warning(remark)
-        self.health.publish(*self._status(), self.actor.turns, self.keeper)
+        self.health.publish(*self._status(), self.actor.turns, self.store.keeper)
 
     def _status(self):
         """Level and words of how it is; what it has been waiting for is told once."""
@@ -202,8 +139,8 @@ class ActorNode(SturdyNode):
         self._waited = now, seconds + 1 if now == what else 0
         if now and self._waited[1] == PATIENCE and not self._aside:
             self.get_logger().warning(f'waits for {now}')
-        if self._aside or self._trouble:
-            return ERROR, self._aside or self._trouble
+        if self._aside or self.store.trouble:
+            return ERROR, self._aside or self.store.trouble
         if now and self._waited[1] >= PATIENCE:
             return WARN, f'waits for {now}'
         return OK, self.words()

@@ -28,8 +28,8 @@ class GridWorld(ActorNode):
         name, profile, seed = (self.declare(each) for each in (MAP, PROFILE, SEED))
         grid = read_map(name, profile)
         self.actor = WorldActor(grid, Path(name).stem, secrets.randbits(32), seed, time.time())
-        kept = self.recall({'map': map_words(Path(name).stem, grid.sha256), 'seed': seed},
-                           (Action,))
+        kept = self.store.recall({'map': map_words(Path(name).stem, grid.sha256), 'seed': seed},
+                                 (Action,))
         if kept:
             self.actor.restore(*kept)
             self.get_logger().info(f'goes on at turn {turn(self.actor.question)}')

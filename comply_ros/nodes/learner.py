@@ -124,7 +124,7 @@ class Learner(ActorNode):
 
     def _restore(self, identity):
         """Go on from what was kept, if anything was."""
-        kept = self.recall(identity, (Answered, Recommendation))
+        kept = self.store.recall(identity, (Answered, Recommendation))
         if kept:
             self.actor.restore(*kept)
             self.get_logger().info(
@@ -143,7 +143,7 @@ class Learner(ActorNode):
     def _in_its_world(self, utterances):
         """Return the utterances; where a state is kept of another world, none, and end."""
         described = self.actor.described
-        if self.keeper is None or described is None:
+        if self.store.keeper is None or described is None:
             return utterances
         if self._home not in (None, described.sha256):
             self.mistake = StateError(

@@ -114,9 +114,7 @@ class Mentor(ActorNode):
         """Return what was kept of this mentor, None where nothing was or has to be."""
         if not self.actor.remembers:
             return None
-        if self.keeper:
-            self.keeper.close()
-        return self.recall({
+        return self.store.recall({
             'mentor': self._mentor, 'seed': self._seed,
             'map': map_words(self.actor.described.name, self.actor.described.sha256),
             'budget': self.get_parameter('budget').value,
