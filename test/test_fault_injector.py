@@ -210,7 +210,7 @@ def test_types_that_cannot_be_relayed_are_named(kinds, rule):
     ('seed:=-1', 'seed must lie in [0, 9007199254740992], got -1'),
     ('depth:=0', 'depth must lie in [1, 100000], got 0'),
     ('topics:=said', "topics must be a list of strings such as [state, action], got 'said'"),
-    ('topics:=[]', 'topics must name a topic, got none'),
+    ('topics:=[]', 'topics must be a list of strings such as [state, action], got []'),
     ("topics:=['']", "topics: topic name must not be empty string, got ''"),
     ('topics:=[said, said]', "topics must name each topic once, got 'said' and 'said'"),
     ('topics:=[said, /said]', "topics must name each topic once, got 'said' and '/said'"),

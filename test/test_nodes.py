@@ -32,16 +32,21 @@ pytestmark = pytest.mark.usefixtures('domain')
 SMALL = ('-p', 'map:=bar_grid', '-p', 'seed:=3')
 MENTOR = ('-p', 'mentor:=noisy:0.3')
 LEARNER = ('-p', 'seed:=3', '-p', 'iterations:=4', '-p', 'episodes:=5')
-DIGEST = r'finished 4 iterations, digest (\w{64})'
+DIGEST = r'finished \d+ iterations, digest (\w{64})'
 
 
 @pytest.fixture
 def expected():
     """Return the digest that `train` gives for the arguments above."""
+    return trained(iterations=4)
+
+
+def trained(iterations):
+    """Return the digest that `train` gives for the arguments above, and so many iterations."""
     world = World(read_map('bar_grid', 'published'))
-    row = replace(find_method('beta_implicit', 'published'), iterations=4, episodes=5)
+    row = replace(find_method('beta_implicit', 'published'), iterations=iterations, episodes=5)
     training = Training(world, mentor_policy(read_spec('noisy:0.3'), world, 0), row, 3)
-    for _ in range(4):
+    for _ in range(iterations):
         training.iterate()
     return training.memory.digest()
 

@@ -157,8 +157,9 @@ def test_a_journal_that_is_cut_in_its_last_record_is_gone_on_from(tmp_path):
         os.truncate(journal, journal.stat().st_size - 7)
         learner.start()
         assert digest_of(learner)
-        assert 'what lay between is lost' in learner.log.read_text() \
-            or 'learned again from the journal' in learner.log.read_text()
+        goes_on = re.findall(r'goes on (after \d+ steps \(\d+ records read again|at turn)',
+                             learner.log.read_text())
+        assert 1 <= len(goes_on) <= 2  # the second where its last answer was said already
         assert 'Traceback' not in learner.log.read_text()
 
 

@@ -74,8 +74,8 @@ def test_a_gap_is_taken_only_by_who_may_lack_something_and_only_after_a_while():
         assert turns.remark(late, ROOM).kind == 'question out of turn'
     turns.look()
     notice = turns.remark(late, ROOM)
-    assert notice == Notice('its journal ends at turn (1, 0), the world is at (1, 7): what lay '
-                            'between is lost, goes on')
+    assert notice == Notice('goes on at turn (1, 7) after (1, 0): what lay between was not heard, '
+                            'or its journal has lost it')
     turns.take(late)
     assert turns.remark(state(step=20, s=4), ROOM).kind == 'question out of turn'
 

@@ -2,12 +2,14 @@
 """Two learners or two worlds on the same topics: the first goes on, the second stands aside."""
 
 from dataclasses import replace
+import json
 
 import pytest
-from test_conversation import advice, HERE, ROOM, ROW, RUN, state
+from test_conversation import advice, HERE, ROOM, ROW, RUN, state, UP_EVERYWHERE
 
-from comply_ros.core.dialogue import Action, ANYONE, Aside, Refused
+from comply_ros.core.dialogue import Action, ANYONE, Aside, Recommendation, Refused
 from comply_ros.core.learner_actor import LearnerActor
+from comply_ros.core.mentor_actor import MentorActor
 from comply_ros.core.turns import OF_ANOTHER
 from comply_ros.core.world_actor import RELEASE, REMARKS, WorldActor
 
@@ -154,3 +156,88 @@ def test_a_confidence_that_is_no_probability_is_refused(confidence):
     here = world()
     refused, = here.hear_action(Action(RUN, 1, 0, 1, True, confidence))
     assert refused.reason == f'a confidence must lie in [0, 1], got {confidence}'
+
+
+def test_a_world_whose_learner_was_replaced_comes_back_where_it_was():
+    here, run = world(), []
+    for number, step in ((5, 0), (6, 1)):
+        here.ask_again(RELEASE + 0.1)
+        action = next(a for a in range(4) if here._successor[here.question.state, a] >= 0)
+        here.hear_action(Action(RUN, 1, step, action, False, 0.0, number))
+        run.append(here.told.pop())
+    back = world()
+    back.restore(*world().state(), run)
+    assert back.question == here.question
+    assert back.question.learner == 6
+
+
+def test_a_learner_does_not_learn_from_a_move_that_another_made():
+    left_out = alone(6)
+    left_out.hear_state(state())
+    digest = left_out.memory.digest()
+    question = state(step=1, s=1, reward=-1.0)
+    assert left_out.hear_state(question._replace(learner=5)) == ()
+    said = left_out.hear_state(question)  # its learner is gone, and any may answer
+    assert [type(each) for each in said] == [Action]
+    assert left_out.memory.digest() == digest
+    assert left_out.student.steps == 0
+
+
+def test_a_learner_that_was_left_out_takes_part_when_the_other_is_gone():
+    left_out = alone(6)
+    left_out.hear_state(state())
+    for step in range(1, 5):
+        left_out.hear_state(state(step=step, s=1 + step % 2, reward=-1.0)._replace(learner=5))
+    later = state(step=5, s=2, reward=-1.0)
+    assert [each.kind for each in left_out.hear_state(later)] == ['joins late']
+    assert [type(each) for each in left_out.hear_state(later)] == [Action]
+
+
+def test_a_watching_mentor_takes_the_action_of_the_learner_that_replaced_another():
+    actor = MentorActor(budget=9, when='mistakes')
+    actor.hear_world(HERE)
+    actor.use(UP_EVERYWHERE)
+    actor.hear_state(state()._replace(learner=5))
+    actor.hear_state(state())  # that one is gone
+    actor.hear_action(Action(RUN, 1, 0, 3, False, 0.0, 6))
+    following = state(step=1, s=3, reward=-1.0)._replace(learner=6)
+    assert [type(each) for each in actor.hear_state(following)] == [Recommendation]
+
+
+@pytest.mark.parametrize('said, kind', [
+    (state(episode=4_000_000_000, step=7, s=5), 'joins late'),
+    (state(episode=1, step=1, s=4), 'state too late')])
+def test_a_mentor_spends_nothing_on_a_turn_that_cannot_be(said, kind):
+    actor = MentorActor(budget=2)
+    actor.hear_world(HERE)
+    actor.use(UP_EVERYWHERE)
+    actor.hear_state(state())
+    actor.hear_state(state(episode=2, step=3, s=1))
+    actor.told.clear()
+    assert [each.kind for each in actor.hear_state(said)] == [kind]
+    assert actor.told == []
+
+
+def test_copies_of_advice_are_not_told_again():
+    actor = LearnerActor(ROW, seed=0)
+    actor.hear_world(HERE)
+    actor.hear_state(state())
+    actor.hear_recommendation(advice())
+    told = len(actor.told)
+    for _ in range(100):
+        actor.hear_recommendation(advice())
+    assert len(actor.told) == told
+
+
+def test_late_advice_after_a_snapshot_is_known_again():
+    actor = LearnerActor(ROW, seed=0)
+    actor.hear_world(HERE)
+    actor.hear_state(state())
+    actor.go_without_advice()
+    facts, arrays = actor.state()
+    actor.told.clear()
+    actor.hear_recommendation(advice(action=3))
+    back = LearnerActor(ROW, seed=0)
+    back.restore(json.loads(json.dumps(facts)), arrays, actor.told)
+    assert back.advice_heard() == actor.advice_heard()
+    assert back.advice_heard()[0] == 3

@@ -5,6 +5,7 @@ from collections import OrderedDict
 
 from comply_ros.core.problems import problem_of_run
 
+GONE = 5  # looks without a word after which one asks whether the world is still there
 SILENCE = 2  # looks without a word after which another world may be attended to
 ASKED = 2  # times that the other one must have asked meanwhile
 RIVALS = 8  # other worlds that are remembered
@@ -34,6 +35,14 @@ class Attention:
     def run(self):
         """Number of the run that is attended to, None before."""
         return self.described and self.described.run
+
+    def waits_for(self):
+        """Text of what is missing where the world has been silent for long, or None."""
+        if self.described is None:
+            return 'a world: is a grid_world running?'
+        if self.silent < GONE:
+            return None
+        return f'the next state of world {self.described.name!r}: is its grid_world running?'
 
     def prefers(self, said):
         """Return whether another world is to be attended to from now on; else remember it."""

@@ -50,10 +50,14 @@ class Hearsay:
             return False, (Refused('advice for another state', f'a recommendation in turn '
                                    f'{turn(said)} must be for state {state}, got {said.state}'),)
         last = self._heard.get(state)
-        counts = last is None or turn(said) >= turn(last)
+        counts = last is None or turn(said) > turn(last)
         if counts:
-            self._heard[state] = said
+            self.note(said)
         return counts, ()
+
+    def note(self, said):
+        """Remember advice that counts."""
+        self._heard[said.state] = said
 
     def _hear_without_question(self, said):
         if turn(said) <= self._newest:

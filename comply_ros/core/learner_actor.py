@@ -87,14 +87,16 @@ class LearnerActor(Attendant):
         """Tell whether all iterations are done; from then on nothing is answered."""
         return self.student is not None and self.student.finished
 
+    def hear_less(self):
+        """Be ready for a gap: what was said in the last time may not have been heard."""
+        self._turns.may_lack = True
+
     def advice_heard(self):
         """`advice[s]`: what the mentor said last in every state, -1 where nothing yet."""
         return self._hearsay.advice(len(self.world.terminal))
 
     def waits_for(self):
         """Text of what this learner needs before it can go on; None where it has it all."""
-        if self.world is None:
-            return 'a world: is a grid_world running?'
         if self.asked:
             return f'a recommendation in state {self.asked.state}: is a mentor running?'
         if self._turns.left:
@@ -102,7 +104,7 @@ class LearnerActor(Attendant):
         if self._turns.late and not self.finished:
             return (f'a state after turn {self._turns.answered}: the world asks about turn '
                     f'{self._turns.late} again; has it lost the end of its state?')
-        return None
+        return None if self.finished else self._attention.waits_for()
 
     def hear_state(self, said):
         """
@@ -183,7 +185,7 @@ class LearnerActor(Attendant):
     def _learn_again(self, told):
         """Change the memory by one thing that was told before, as it was changed then."""
         if type(told) is not Answered:
-            self._hearsay.hear(told, self.world)
+            self._hearsay.note(told)
             return
         *question, advice = told
         self.asked = StateReward(self.described.run, *question)
@@ -207,8 +209,12 @@ class LearnerActor(Attendant):
 
     def _take_up(self, said):
         """Return the `Action` in a state, if it can be told without hearing more."""
+        if self._turns.was_left(said):
+            self._respondent.forget_the_run()  # its own answer was not the one that led here
         self.asked, early = said, self._hearsay.ask(said)
-        known = self._hearsay.last(said.state) if self._remembers_advice else None
+        known = self._hearsay.last(said.state)
+        if known and not self._remembers_advice and turn(known) != turn(said):
+            known = None
         utterances = ()
         if said.terminated or not self.method.needs_mentor():
             utterances = self._respond(NO_ACTION)

@@ -15,7 +15,7 @@ from comply_ros.core.dialogue import (
 )
 from comply_ros.core.grid import NO_ACTION
 from comply_ros.core.problems import problem_of_confidence, problem_of_state
-from comply_ros.core.turns import Turns
+from comply_ros.core.turns import FIRST, NOT_YET, Turns
 from comply_ros.core.world import World
 
 
@@ -50,11 +50,16 @@ class MentorActor(Attendant):
     def look(self):
         """Return what is to be said if the world is silent and another asks; once a second."""
         self._turns.look()
+        self._looks += 1
         return super().look()
+
+    def hear_less(self):
+        """Be ready for a gap: what was said in the last time may not have been heard."""
+        self._turns.may_lack = True
 
     def waits_for(self):
         """Text of what this mentor needs before it can go on; None where it has it all."""
-        return 'a world: is a grid_world running?' if self.world is None else None
+        return self._attention.waits_for()
 
     def use(self, policy, kept=None):
         """
@@ -91,7 +96,9 @@ class MentorActor(Attendant):
         problem = problem_of_state(said, self.world)
         if problem or said.terminated:
             return (problem,) if problem else ()
-        return self._hear_in_turn(said) if self.watches else self._advise(said)
+        if self.watches:
+            return self._hear_in_turn(said)
+        return self._hear_to_spend(said) if self.remembers else self._advise(said)
 
     def hear_action(self, said):
         """Remember what the learner did; return what is to be said about a state that waited."""
@@ -112,7 +119,9 @@ class MentorActor(Attendant):
         """Tell whether the learner went on without advice, from the last question to one held."""
         held, asked = self._held, self._asked
         return (held is not None and asked is not None and said.run == held.run
-                and turn(asked) < turn(said) == (held.episode, held.step - 1))
+                and (turn(asked) < turn(said) == (held.episode, held.step - 1)
+                     or held.step == 0 and self._turns.may_lack and self._looks > 1
+                     and turn(asked) < turn(said) < turn(held)))
 
     def _can_answer(self, said, asked):
         """Tell whether the world takes this `Action` for an answer; it warns of one that not."""
@@ -182,26 +191,39 @@ class MentorActor(Attendant):
 
     def _forget_the_run(self):
         self._asked, self._answer, self._acted, self._held = None, (), None, None
+        self._doubted, self._looks = None, 0
         self._turns = Turns(sees_ends=False)
 
     def _hear_in_turn(self, said):
         """Return the `Recommendation`: the same for a repeated state, none for an older one."""
-        if self._asked and turn(said) <= turn(self._asked):
-            if turn(said) < turn(self._asked):
-                return (self._turns.too_late(turn(said)),)
+        if self._asked and turn(said) < turn(self._asked):
+            return (self._turns.too_late(turn(said)),)
+        if self._asked and turn(said) == turn(self._asked):
+            self._asked = self._asked._replace(learner=said.learner)  # another may answer now
             return self._answer
         remark = self._turns.remark(said, self.world)
         if type(remark) in (Refused, Dropped):
             return (remark,)
         return (remark, *self._advise(said)) if remark else self._advise(said)
 
+    def _hear_to_spend(self, said):
+        """Return the `Recommendation`; none for a state that nobody can be in, now or any more."""
+        here, newest = turn(said), turn(self._asked) if self._asked else NOT_YET
+        if here < newest:
+            return (self._turns.too_late(here),)
+        again, self._doubted = said == self._doubted, said
+        if said.episode > newest[0] + 1 and not again:
+            return (Dropped('joins late', f'was asked about turn {here} after {newest}: answers '
+                            'as soon as that is asked again'),)
+        return self._advise(said)
+
     def _advise(self, said):
         """Return the `Recommendation` for a state, which may cost one of the budget."""
         left = self._advising.left[0]
         self._turns.take(said)
-        self.turns += 1
-        self._attention.committed = turn(said) != (1, 0)  # somebody answers in this run
-        self._asked = said
+        self.turns += self._asked is None or turn(said) > turn(self._asked)
+        self._attention.committed |= turn(said) != FIRST  # somebody answers in this run
+        self._asked, self._looks = said, 0
         self._answer = (Recommendation(said.run, said.episode, said.step, said.state,
                                        self._advising.advise(said.state)),)
         if self.watches or self._advising.left[0] != left:

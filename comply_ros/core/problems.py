@@ -62,6 +62,11 @@ def problem_of_world(said, here):
                     f'got {said.name[:LONGEST_NAME]!r}'),)
 
 
+def problem_of_description(error):
+    """`Refused` for a `WorldDescription` that cannot be a world."""
+    return Refused('not a world', f'a world must be whole: {error}')
+
+
 def problem_of_run(said, run, topic):
     """`Refused` for a message of another run."""
     return Refused('another run', f'{topic} must belong to run {run} of the world here, '

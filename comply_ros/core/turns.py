@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whose turn it is: which question was answered last, and which may be the next."""
 
-from comply_ros.core.dialogue import Aside, Dropped, Notice, Refused, turn
+from comply_ros.core.dialogue import ANYONE, Aside, Dropped, Notice, Refused, turn
 
 FIRST, NOT_YET = (1, 0), (0, -1)  # the first turn, and before it
 OF_ANOTHER = 20  # turns of another learner after which this one is one too many
@@ -72,24 +72,34 @@ class Turns:
         of a run (`Dropped`) and an unlikely move at once, a gap only after a `look`.
         """
         here, again, self._doubted = turn(said), self._doubted == said, None
-        if self.answered == NOT_YET and (again or here == FIRST):
+        begins = self.answered == NOT_YET
+        if begins and here == FIRST or again and (begins or self.left):
             return None
-        if self.answered == NOT_YET:
+        if begins or self.left and here > self.answered and not self._is_next(here):
             self._doubted = said
             return Dropped('joins late', f'joins a run in turn {here}: takes part as soon as that '
                            'is asked again')
-        episode, step = self.answered
-        begins, goes_on = here == (episode + 1, 0), here == (episode, step + 1)
-        if begins and (self.ended or not self._sees_ends) or goes_on and not self.ended:
+        if self._is_next(here):
             self.may_lack = False
             return None if again or here[1] == 0 else self._remark_on_move(said, world)
         if again and self.may_lack and self._looked:
             self.may_lack = False
-            return Notice(f'its journal ends at turn {self.answered}, the world is at {here}: '
-                          'what lay between is lost, goes on')
+            return Notice(f'goes on at turn {here} after {self.answered}: what lay between was '
+                          'not heard, or its journal has lost it')
         self._doubted, self._looked = said, again and self._looked
         return Refused('question out of turn', f'a state must follow turn {self.answered}, '
                        f'got {here}: is there another learner?')
+
+    def _is_next(self, here):
+        """Tell whether a turn follows the last one that was answered."""
+        episode, step = self.answered
+        if here == (episode + 1, 0):
+            return self.ended or not self._sees_ends
+        return here == (episode, step + 1) and not self.ended
+
+    def was_left(self, said):
+        """Tell whether another learner was asked this, so that another has led here."""
+        return self._left == turn(said) and said.learner == ANYONE
 
     def _remark_on_move(self, said, world):
         if world.leads(self.state, said.state):

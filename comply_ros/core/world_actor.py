@@ -64,6 +64,7 @@ class WorldActor:
         self.told, self.begins, self.aside, self.signs = [], True, False, 0
         self.reports = deque(maxlen=REPORTS)
         self._total, self._learner, self._others = 0.0, ANYONE, Counter()
+        self._signs = 0  # until the question that is open now
         self.question = self._begin(episode=1)
 
     @property
@@ -71,10 +72,14 @@ class WorldActor:
         """States that were said so far."""
         return self._draws.used
 
+    def hear_less(self):
+        """Do nothing about a gap in what was heard: its question is open until it is answered."""
+
     def waits_for(self):
         """Text of what this world needs before it can go on."""
-        return (f'an action in episode {self.question.episode}, step {self.question.step}: is a '
-                'learner running, or has it finished?')
+        why = ('its learner is there, and waits itself' if self.signs > self._signs
+               else 'is a learner running, or has it finished?')
+        return f'an action in episode {self.question.episode}, step {self.question.step}: {why}'
 
     def hear_world(self, said):
         """
@@ -90,10 +95,10 @@ class WorldActor:
         mine = self.description
         if said.run == mine.run or self.aside:
             return ()
-        grid_of(said)
         times = self._others[said.run] + 1
         if times > REMARKS or len(self._others) >= OTHERS and times == 1:
             return ()
+        grid_of(said)
         self._others[said.run] = times
         answered = turn(self.question) != (1, 0)
         first = answered or (mine.began, mine.run) < (said.began, said.run)
@@ -125,7 +130,7 @@ class WorldActor:
         problem = self._problem_of_action(said, asked)
         if problem:
             return (problem,)
-        self._learner = said.learner
+        self._learner, self._signs = said.learner, self.signs
         self.told.append(said)
         if asked.terminated or asked.truncated:
             self.question = self._begin(asked.episode + 1)
@@ -161,6 +166,7 @@ class WorldActor:
         self._learner = facts['learner']
         self.reports.extend(Episode(*each) for each in facts['reports'])
         for each in told:
+            self._learner = each.learner  # it may have changed, when the first one was gone
             self.hear_action(each)
         self.told.clear()
         self.begins = False

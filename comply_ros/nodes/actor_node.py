@@ -69,13 +69,20 @@ class ActorNode(SturdyNode):
         """Make a service."""
         self._services_of_ours.append(self.create_service(kind, name, reply))
 
-    def listens_to(self, topic, hear):
-        """Subscribe: every message on the topic is decoded, heard, and answered."""
+    def listens_to(self, topic, hear, also_paused=False):
+        """
+        Subscribe: every message on the topic is decoded, heard, and answered.
+
+        also_paused: whether it is heard and answered too while the node pauses. What is not
+            heard then is said again.
+        """
         decode = decoder(topic)
 
         def take(message):
-            if self._unsaid is None:  # while it pauses; what is not heard now is said again
+            if self._unsaid is None:
                 self.answer(hear(decode(message)))
+            elif also_paused:
+                self.say(hear(decode(message)))
         self.create_subscription(topic.message, topic.name, take, topic.qos)
         self._strangers.watch(topic, has_one_speaker=topic is RECOMMENDATION)
 
@@ -112,6 +119,7 @@ class ActorNode(SturdyNode):
         """Keep what could not be kept before, and then say what follows from it."""
         if self._unsaid is not None and self.store.keep(self.actor):
             self._retry.cancel()
+            self.actor.hear_less()
             unsaid, self._unsaid = self._unsaid, None
             self.say(unsaid)
 

@@ -9,6 +9,7 @@ from rcl_interfaces.msg import SetParametersResult
 
 from comply_ros.core.dialogue import Action, Dropped, Refused, turn
 from comply_ros.core.grid import MapError
+from comply_ros.core.problems import problem_of_description
 from comply_ros.core.world_actor import WorldActor
 from comply_ros.nodes.actor_node import ActorNode, map_words
 from comply_ros.nodes.parameters import MAP, ParameterError, PROFILE, RATE, SEED, SLOWEST
@@ -36,7 +37,7 @@ class GridWorld(ActorNode):
         for topic in (WORLD, STATE, EPISODE):
             self.speaks_on(topic)
         self.listens_to(ACTION, self.hear_action)
-        self.listens_to(WORLD, self.hear_world)
+        self.listens_to(WORLD, self.hear_world, also_paused=True)
         self._held, self._timer = (), None
         self._open, self._signs, self._since = None, 0, 0.0
         self._wait, self._next = FIRST_PAUSE, 0.0
@@ -52,7 +53,7 @@ class GridWorld(ActorNode):
         try:
             return self.actor.hear_world(said)
         except ValueError as error:
-            return (Refused('not a world', f'a world must be whole: {error}'),)
+            return (problem_of_description(error),)
 
     def look(self):
         """Return nothing: this node leads, and repeats its question on a clock of its own."""
@@ -95,9 +96,11 @@ class GridWorld(ActorNode):
             self._next = min(self._next, now + FIRST_PAUSE)
         self._open, self._signs = opened, signs
         if now >= self._next:
-            self._wait = min(2.0 * self._wait, LONGEST_PAUSE)
-            self._next = now + self._wait
+            learner = self.actor.question.learner
             self.say(self.actor.ask_again(now - self._since))
+            released = learner != self.actor.question.learner
+            self._wait = FIRST_PAUSE if released else min(2.0 * self._wait, LONGEST_PAUSE)
+            self._next = now + self._wait
 
     def _say_held(self):
         held, self._held = self._held, ()

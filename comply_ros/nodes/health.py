@@ -63,12 +63,10 @@ def process_name(pid):
 def kept(keeper):
     """Table of what is kept on disk, for a status."""
     if keeper is None:
-        return {'state_dir': 'none: nothing is kept'}
+        return {'state_dir': 'nothing is kept'}
     written = 'none yet' if keeper.written is None else time.strftime(
         '%Y-%m-%d %H:%M:%S', time.localtime(keeper.written))
-    trouble = {'disk': f'does not take what was written ({keeper.trouble.strerror.lower()})'} \
-        if keeper.trouble else {}
-    return {'journal bytes': keeper.size, 'last snapshot': written, **trouble}
+    return {'journal bytes': keeper.size, 'last snapshot': written}
 
 
 def _stamped(node):

@@ -9,11 +9,12 @@ import time
 from comply_msgs.srv import Save
 
 from comply_ros.core.compliance import confidences
-from comply_ros.core.dialogue import Answered, Dropped, Progress, Recommendation, Refused
+from comply_ros.core.dialogue import Answered, Dropped, Progress, Recommendation
 from comply_ros.core.learner_actor import LearnerActor
 from comply_ros.core.method import MethodError
 from comply_ros.core.methods import find_method
 from comply_ros.core.planning import greedy
+from comply_ros.core.problems import problem_of_description
 from comply_ros.nodes.actor_node import ActorNode
 from comply_ros.nodes.parameters import (
     ADVICE_TIMEOUT,
@@ -28,6 +29,7 @@ from comply_ros.nodes.parameters import (
 from comply_ros.nodes.running import run_node
 from comply_ros.nodes.topics import (
     ACTION,
+    ANOTHER,
     POLICY,
     Policy,
     PROGRESS,
@@ -73,7 +75,7 @@ class Learner(ActorNode):
         try:
             return self._in_its_world(self.actor.hear_world(said))
         except ValueError as error:
-            return (Refused('not a world', f'a world must be whole: {error}'),)
+            return (problem_of_description(error),)
 
     def look(self):
         """Return what is to be said if another world is attended to now."""
@@ -91,6 +93,10 @@ class Learner(ActorNode):
         """Answer the service: write what was learned, return its digest."""
         if self.actor.memory is None:
             response.message = 'nothing is learned before a world is known'
+            return response
+        if request.steps not in (0, self.actor.student.steps):
+            response.message = (f'{ANOTHER}: one with {request.steps} steps, and this one has '
+                                f'{self.actor.student.steps}')
             return response
         if not request.path:
             response.message = 'the path of the file must be given, got an empty one'

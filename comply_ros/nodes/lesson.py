@@ -22,6 +22,7 @@ from comply_ros.core.world import World
 from comply_ros.nodes.observer import LessonFailed, Observer, TAKEN
 from comply_ros.nodes.parameters import FASTEST, SLOWEST
 from comply_ros.nodes.processes import NodeDied, NodeProcess
+from comply_ros.nodes.topics import ANOTHER
 from comply_ros.session.ending import end_session
 from comply_ros.session.interrupts import check, interrupts
 from comply_ros.session.options import main_with, session_parser
@@ -205,7 +206,10 @@ def watch(options, observer, executor, processes, stop, tell):
         while not reached():
             check(stop)
             for process in processes:
-                process.respawn() if options.rest.respawn else process.check()
+                if not options.rest.respawn:
+                    process.check()
+                elif process.respawn():
+                    tell(f'{process.name} was killed and starts again')
             executor.spin_once(timeout_sec=LOOK)
             if observer.words:
                 tell('; '.join(observer.words.values()))
@@ -230,8 +234,8 @@ def save(observer, path, spin_until):
     while True:
         saved, end = observer.save(path), time.monotonic() + SAVING
         spin_until(lambda: saved.done() or time.monotonic() > end)
-        if saved.done():
-            break  # else it was killed meanwhile, and is asked again
+        if saved.done() and not saved.result().message.startswith(ANOTHER):
+            break  # else it was killed meanwhile, or somebody else answered: it is asked again
     if not saved.result().success:
         raise LessonFailed(f'the learner could not save: {saved.result().message}')
     return saved.result()

@@ -7,12 +7,13 @@ from threading import Thread
 
 from comply_msgs.srv import Recommend
 
-from comply_ros.core.dialogue import Action, Refused, StateReward
+from comply_ros.core.dialogue import Action, StateReward
 from comply_ros.core.grid import NO_ACTION
 from comply_ros.core.mentor_actor import MentorActor
 from comply_ros.core.mentors import MentorError
 from comply_ros.core.planning import PlanningError
 from comply_ros.core.policy import PolicyError
+from comply_ros.core.problems import problem_of_description
 from comply_ros.nodes.actor_node import ActorNode, map_words
 from comply_ros.nodes.parameters import (
     ADVISING,
@@ -59,7 +60,7 @@ class Mentor(ActorNode):
         try:
             return self._with_map(self.actor.hear_world(said))
         except ValueError as error:
-            return (Refused('not a world', f'a world must be whole: {error}'),)
+            return (problem_of_description(error),)
 
     def look(self):
         """Return what is to be said if another world is attended to now."""

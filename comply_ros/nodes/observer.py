@@ -21,6 +21,7 @@ TAKEN = ('other nodes speak on the topics of this lesson: end them, or give this
 PACE = 20  # iterations over which the steps per second are measured
 SHORTEST = 0.2  # seconds that they must have taken together
 LONGEST_WORDS = 80  # characters of what a node says of itself
+WORLDS = 8  # whose mentors are remembered while it is open which one is that of the lesson
 STALE = 5.0  # seconds without a report after which the last ones are asked for again
 
 
@@ -49,7 +50,7 @@ class Observer(SturdyNode):
     def __init__(self, namespace, on_progress):
         super().__init__('lesson', namespace=namespace)
         self.progress, self.advice, self.began, self.words = [], None, None, {}
-        self._world, self._early_policy, self._early = None, None, deque(maxlen=REPORTS)
+        self._world, self._policies, self._early = None, {}, deque(maxlen=REPORTS)
         self._mdp, self._before = None, 0
         self._pace = deque(maxlen=PACE)
         self._processes = ()
@@ -90,8 +91,9 @@ class Observer(SturdyNode):
         return (now - before) / (last - first) if last - first > SHORTEST else None
 
     def save(self, path):
-        """Ask the learner to write what it learned; return the future of its response."""
-        return self._save.call_async(Save.Request(path=str(path)))
+        """Ask the learner of this lesson to write what it learned; return the future response."""
+        return self._save.call_async(
+            Save.Request(path=str(path), steps=self.progress[-1].steps))
 
     def speakers(self):
         """Return the largest number of nodes that speak on one topic of a lesson."""
@@ -99,30 +101,32 @@ class Observer(SturdyNode):
                    for topic in (WORLD, PROGRESS))
 
     def _hear_world(self, said):
-        """Take the first world for that of the lesson, and hear what came before it."""
-        if self._world is not None:
+        """Take the world that began first for that of the lesson, and hear what came before it."""
+        if self._world is not None and (self.progress or said.began >= self._world.began):
             return
         try:
             self._mdp = World(grid_of(said))
         except ValueError:
             return
-        self._world = said
-        self._hear_policy(self._early_policy)
-        for each in self._early:
+        self._world, self.advice = said, None
+        for each in [*self._policies.values()]:
+            self._hear_policy(each)
+        early, self._early = self._early, deque(maxlen=REPORTS)
+        for each in early:
             self._hear_progress(each)
 
     def _hear_policy(self, said):
-        if self._world is None:
-            self._early_policy = said
-        elif said and said[:3] == (self._world.run, self._world.width, self._world.height) \
+        if not self.progress and len(self._policies) < WORLDS:
+            self._policies[said.run] = said
+        if self._world and said[:3] == (self._world.run, self._world.width, self._world.height) \
                 and can_advise(said.action, self._mdp):
             self.advice = np.array(said.action, dtype=np.int8)
             self.began = self.began or time.monotonic()
 
     def _hear_progress(self, said):
         """Take the next iteration; one that a restarted learner says again is known."""
-        if self._world is None:
-            self._early.append(said)
+        if self._world is None or said.run != self._world.run and not self.progress:
+            self._early.append(said)  # of a world that may be heard yet, and have begun before
             return
         if said.run != self._world.run or not can_be(said):
             return

@@ -74,8 +74,8 @@ REMEMBERS_ADVICE = Parameter(
     'remembers_advice', True, 'In a state in which the mentor has spoken before, act at once on '
     'what it said then; what it says now counts from the next visit on')
 ADVICE_TIMEOUT = Parameter(
-    'advice_timeout', 0.0, 'Seconds of silence after which the mentor counts as having no advice; '
-    '0: it is waited for', 0, 3600)
+    'advice_timeout', 0.0, 'Seconds of silence, in each state, after which the mentor counts as '
+    'having no advice there; 0: it is waited for', 0, 3600)
 STATE_DIR = Parameter(
     'state_dir', '', 'Folder in which the node keeps what it needs to go on after a kill as if '
     'nothing had happened; empty: nothing is kept')

@@ -69,7 +69,7 @@ class NodeProcess:
 
     def respawn(self):
         """
-        Start the node again if it was killed.
+        Start the node again if it was killed; return whether it was.
 
         Raises
         ------
@@ -78,11 +78,12 @@ class NodeProcess:
         """
         code = self._process.poll()
         if code is None:
-            return
+            return False
         self._starts = [start for start in self._starts if start > time.monotonic() - RECENT]
         if code >= 0 or len(self._starts) > AT_MOST:
             self.check()
         self.start()
+        return True
 
     def last_lines(self):
         """Return the end of what the node printed, indented."""

@@ -73,7 +73,7 @@ class Store:
         try:
             if self.keeper is None:
                 return
-            if actor.begins:
+            if actor.begins or self.keeper.trouble:
                 self.keeper.begin(*actor.state())
                 actor.begins = False
             else:

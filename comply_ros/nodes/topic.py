@@ -117,16 +117,25 @@ def as_yaml(message, most, indent=''):
         value = getattr(message, name)
         if isinstance(kind, NamespacedType):
             lines += [f'{indent}{name}:', as_yaml(value, most, indent + '  ')]
-        elif isinstance(value, (str, bool, int, float)):
+        elif isinstance(value, (str, bytes, bool, int, float)):
             lines.append(f'{indent}{name}: {_scalar(value)}')
         else:
             lines += [f'{indent}{name}:' + ('' if len(value) else ' []'),
-                      *(f'{indent}- {_scalar(each)}' for each in value[:most])]
+                      *(_element(each, most, indent) for each in value[:most])]
             lines += [f"{indent}- '...'"] if len(value) > most else []
     return '\n'.join(lines)
 
 
+def _element(value, most, indent):
+    """Text of an element of an array, which may be a message."""
+    if not hasattr(value, 'get_fields_and_field_types'):
+        return f'{indent}- {_scalar(value)}'
+    return f'{indent}- ' + as_yaml(value, most, indent + '  ').lstrip()
+
+
 def _scalar(value):
+    if isinstance(value, bytes):
+        return value[0]
     if isinstance(value, bool):
         return str(value).lower()
     return repr(value) if isinstance(value, str) and not value.isidentifier() else value

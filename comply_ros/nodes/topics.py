@@ -55,6 +55,7 @@ MENTOR_POLICY = Topic('mentor_policy', msg.Policy, Policy, LATCHED)
 
 RECOMMEND = 'recommend'  # service of the mentor
 SAVE = 'save'  # service of the learner
+ANOTHER = 'another learner is meant'  # what it says to who means another
 
 
 def decoder(topic):

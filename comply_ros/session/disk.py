@@ -50,7 +50,7 @@ def may_exist(path):
     return True
 
 
-def shown(path):
+def in_line(path):
     """Text of a path, on one line whatever is in its name."""
     return str(path) if str(path).isprintable() else repr(str(path))
 

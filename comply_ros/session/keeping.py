@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a node has been told, kept on disk: a snapshot, and a journal of what came since."""
 
+import errno
 import json
 import os
 from pathlib import Path
@@ -10,10 +11,10 @@ import time
 from comply_ros import __version__
 from comply_ros.core.compiled import fingerprint
 from comply_ros.session.disk import (
+    in_line,
     is_at,
     may_exist,
     open_behind,
-    shown,
     write_names_through,
     write_through,
 )
@@ -24,6 +25,7 @@ from comply_ros.session.snapshots import pack_snapshot, SnapshotError, unpack_sn
 
 EVERY = 50_000  # records after which a new snapshot takes the place of the journal
 SYNC = 1.0  # seconds between two times that the disk is told to take what was written
+LOSSES = (errno.EIO, errno.ENOSPC, errno.EDQUOT)  # of a sync; others mean that there is none
 HEX = '[0-9a-f]' * 16  # of a digest, in the name of a journal
 
 
@@ -50,7 +52,7 @@ class Keeper:
     ----------
     written: when the last snapshot was written, in seconds since 1970; None before.
     size: bytes in the journal.
-    trouble: the OSError of the last sync, None after one that went well.
+    trouble: the OSError with which the disk lost what was written since the snapshot, or None.
 
     Raises
     ------
@@ -85,7 +87,7 @@ class Keeper:
         try:
             digest, facts, arrays = unpack_snapshot(content)
         except SnapshotError as error:
-            raise StateError(f'{shown(self._snapshot)} {error}: move it away to begin '
+            raise StateError(f'{in_line(self._snapshot)} {error}: move it away to begin '
                              'anew') from None
         self._check(facts.pop('identity'))
         self.written = self._snapshot.stat().st_mtime
@@ -110,11 +112,21 @@ class Keeper:
         except BaseException:
             os.close(file)
             raise
-        self.written, self._unwritten, self._count = time.time(), b'', 0
+        self.written, self._unwritten, self._count, self.trouble = time.time(), b'', 0, None
         self._use(path, file, Records(self._kinds, digest.encode()), 0)
 
     def keep(self, told):
-        """Append to the journal; raises OSError, and the next call first writes what is left."""
+        """
+        Append to the journal.
+
+        Raises
+        ------
+        OSError: if it cannot, and the next call first writes what is left; or if the disk has
+            lost what was written before, and then only a new snapshot helps.
+
+        """
+        if self.trouble:
+            raise self.trouble
         for said in told:
             self._unwritten += self._records.pack(said)
         self._count += len(told)
@@ -153,10 +165,10 @@ class Keeper:
             told, end = records.unpack(_read(path) or b'')
             self._use(path, open_behind(path, end), records, end)
         except DamagedError as error:
-            raise StateError(f'{shown(path)} must be a journal as it was written, and is damaged: '
-                             f'{error}: move {self._name}.* away to begin anew') from None
+            raise StateError(f'{in_line(path)} must be a journal as it was written, and is '
+                             f'damaged: {error}: move {self._name}.* away to begin anew') from None
         except OSError as error:
-            raise StateError(f'{shown(path)} must be a journal that can be written '
+            raise StateError(f'{in_line(path)} must be a journal that can be written '
                              f'({error.strerror.lower()})') from None
         self._count = len(told)
         return told
@@ -182,9 +194,9 @@ class Keeper:
         for name in (*self._identity, *before):
             here, there = self._identity.get(name), before.get(name)
             if here != there:
-                raise StateError(f'{shown(self._snapshot)} was kept with {name} {_short(there)}, '
-                                 f'and here it is {_short(here)}: give another state_dir, or move '
-                                 'it away to begin anew')
+                raise StateError(f'{in_line(self._snapshot)} was kept with {name} '
+                                 f'{_short(there)}, and here it is {_short(here)}: give another '
+                                 'state_dir, or move it away to begin anew')
 
     def _sync(self):
         while not self._ended.wait(SYNC):
@@ -193,19 +205,20 @@ class Keeper:
     def _sync_once(self):
         """Have the disk take what was written."""
         with self._closing:
-            try:
-                if self._file is not None:
-                    os.fdatasync(self._file)
-                self.trouble = None
-            except OSError as error:
+            if self._file is not None:
+                self._note_losses(lambda: os.fdatasync(self._file))
+
+    def _note_losses(self, sync):
+        """Call a sync and remember what it says to be lost; there are file systems without one."""
+        try:
+            sync()
+        except OSError as error:
+            if error.errno in LOSSES:
                 self.trouble = error
 
     def _sync_names(self):
-        """Have the disk take the new names, before the old ones go."""
-        try:
-            write_names_through(self._folder)
-        except OSError as error:  # not every file system can
-            self.trouble = error
+        """Have the disk take the new names, before the old ones go, where the file system can."""
+        self._note_losses(lambda: write_names_through(self._folder))
 
 
 def _locked(folder, name):
@@ -247,7 +260,7 @@ def _read(path):
     except FileNotFoundError:
         return None
     except OSError as error:
-        raise StateError(f'{shown(path)} must be a file that can be read '
+        raise StateError(f'{in_line(path)} must be a file that can be read '
                          f'({error.strerror.lower()})') from None
 
 
