@@ -13,6 +13,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from comply_ros.session.interrupts import interrupts
 
+LAST = 5  # seconds that rclpy has to shut down; then the kernel ends the process
 LOOK = 0.1  # seconds between looks at whether there was a Ctrl-C
 
 
@@ -39,7 +40,10 @@ def run_node(make_node, argv, mistakes):
     finally:
         for number in (signal.SIGINT, signal.SIGTERM):  # a second one finds nothing to interrupt
             signal.signal(number, signal.SIG_IGN)
+        signal.signal(signal.SIGALRM, signal.SIG_DFL)
+        signal.alarm(LAST)  # seen once: Fast DDS turned in circles here and would not end
         rclpy.try_shutdown()
+        signal.alarm(0)
     return 0
 
 
