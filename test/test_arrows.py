@@ -15,8 +15,8 @@ ROS = {'rclpy', 'comply_msgs', 'diagnostic_msgs', 'rcl_interfaces', 'rosidl_pars
        'launch_ros'}
 MAY_IMPORT = {
     'core': {'comply_ros.core', 'numpy', 'numba'},
-    'session': {'comply_ros', 'comply_ros.core', 'comply_ros.session', 'numpy', 'matplotlib',
-                'rich', 'yaml'},
+    'session': {'comply_ros.__version__', 'comply_ros.core', 'comply_ros.session', 'numpy',
+                'matplotlib', 'rich', 'yaml'},
     'experiments': {'comply_ros.core', 'comply_ros.session', 'comply_ros.experiments', 'numpy',
                     'yaml', 'distributed', 'matplotlib'},
     'nodes': {'comply_ros.core', 'comply_ros.session', 'comply_ros.nodes', 'numpy', 'yaml'} | ROS,
@@ -28,6 +28,8 @@ def imports(path):
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module == 'comply_ros':
+            yield from (f'comply_ros.{alias.name}' for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
             yield node.module
 

@@ -409,6 +409,21 @@ def test_a_watching_mentor_that_the_learner_went_on_without_advises_again():
     assert [type(each) for each in actor.hear_state(missed)] == [Recommendation]
 
 
+def test_a_watching_mentor_that_lost_the_end_of_an_episode_advises_in_the_next():
+    actor = MentorActor(budget=9, when='mistakes')
+    actor.hear_world(HERE)
+    actor.use(UP_EVERYWHERE)
+    actor.hear_state(state())
+    actor.hear_less()
+    assert actor.hear_state(state(episode=2)) == ()
+    for _ in range(2):
+        actor.hear_action(Action(RUN, 1, 7, -1, False, 0.0, learner=5))
+        actor.look()
+    actor.hear_action(Action(RUN, 1, 7, -1, False, 0.0, learner=5))
+    said = [*actor.hear_state(state(episode=2)), *actor.hear_state(state(episode=2))]
+    assert [type(each) for each in said] == [Dropped, Recommendation]
+
+
 def test_the_mentor_answers_tools_too():
     assert mentor().advice(0) == 3
     assert mentor().advice(8) == -1

@@ -143,6 +143,14 @@ def test_a_world_that_is_answered_does_not_argue_for_ever():
                                  'told to stand aside')
 
 
+def test_a_world_that_was_answered_often_enough_is_not_even_read(monkeypatch):
+    here, read = world(), []
+    monkeypatch.setattr('comply_ros.core.world_actor.grid_of', read.append)
+    for _ in range(REMARKS + 5):
+        here.hear_world(HERE._replace(run=8))
+    assert len(read) <= REMARKS
+
+
 def test_what_is_no_world_is_no_reason_to_stand_aside():
     here = world(8, 20.0)
     for _ in range(3):
