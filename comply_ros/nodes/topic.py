@@ -146,7 +146,7 @@ def _subscribe(node, given, callback):
     name, kind = _find(node, given)
     package, _, message = kind.split('/')
     module = __import__(f'{package}.msg', fromlist=[message])
-    offers = [end.qos_profile for end in node.get_publishers_info_by_topic(name)]
+    offers = _offers(node, name, given.timeout)
     latched = bool(offers) and all(
         qos.durability == DurabilityPolicy.TRANSIENT_LOCAL for qos in offers)
     reliable = all(qos.reliability == ReliabilityPolicy.RELIABLE for qos in offers)
@@ -154,6 +154,14 @@ def _subscribe(node, given, callback):
         depth=WINDOW,
         durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
         reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT))
+
+
+def _offers(node, name, seconds):
+    """Return the QoS of all publishers; who listens can be found before who speaks."""
+    end = time.monotonic() + seconds
+    while not node.get_publishers_info_by_topic(name) and time.monotonic() < end:
+        rclpy.spin_once(node, timeout_sec=0.05)
+    return [each.qos_profile for each in node.get_publishers_info_by_topic(name)]
 
 
 def _find(node, given):
