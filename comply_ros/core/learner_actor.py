@@ -141,10 +141,12 @@ class LearnerActor(Attendant):
         attention = self._attention
         if said.run != attention.run:
             return attention.hold(self.hear_recommendation, said, 'a recommendation')
+        before = self._hearsay.last(said.state) if self._remembers_advice else None
         counts, utterances = self._hearsay.hear(said, self.world)
         if not counts:
             return utterances
-        self.told.append(said)
+        if before is None or before.action != said.action:  # else it is known already
+            self.told.append(said)
         if self.asked and turn(said) == turn(self.asked):
             return self._respond(said.action)
         return ()

@@ -24,7 +24,7 @@ from comply_ros.session.results import aside
 from comply_ros.session.snapshots import pack_snapshot, SnapshotError, unpack_snapshot
 
 EVERY = 50_000  # records after which a new snapshot takes the place of the journal
-SYNC = 1.0  # seconds between two times that the disk is told to take what was written
+SYNC = 5.0  # seconds between two times that the disk is told to take what was written
 LOSSES = (errno.EIO, errno.ENOSPC, errno.EDQUOT)  # of a sync; others mean that there is none
 HEX = '[0-9a-f]' * 16  # of a digest, in the name of a journal
 
@@ -39,7 +39,7 @@ class Keeper:
 
     `NAME.snapshot` is written aside, synced to disk and then renamed. `NAME.DIGEST.journal` holds
     what was told since the snapshot with that digest: appended before each answer is said, and
-    synced to disk once a second.
+    synced to disk every five seconds.
 
     Parameters
     ----------
