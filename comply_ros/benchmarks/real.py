@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Our nodes, as they are but for one choice that a user could make otherwise, and a clock."""
+
+from importlib import import_module
+from pathlib import Path
+import sys
+
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.experimental import EventsExecutor
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.signals import SignalHandlerOptions
+
+from comply_ros.benchmarks.stamps import Stamps
+from comply_ros.benchmarks.stopwatch import Stopwatch
+from comply_ros.core.dialogue import StateReward
+from comply_ros.nodes import running, topics
+from comply_ros.session.interrupts import end_with_parent, interrupts
+
+CLASSES = {'grid_world': 'GridWorld', 'mentor': 'Mentor', 'learner': 'Learner'}
+LOOP = ('STATE', 'RECOMMENDATION', 'ACTION')
+
+
+def use_the_default_executor():
+    """Change how nodes spin: as `rclpy.spin` does."""
+    running.EventsExecutor = SingleThreadedExecutor
+
+
+def use_best_effort():
+    """Change the three topics of the loop: what is lost is not sent again, nothing is latched."""
+    qos = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT,
+                     durability=DurabilityPolicy.VOLATILE)
+    for name in LOOP:
+        setattr(topics, name, getattr(topics, name)._replace(qos=qos))
+
+
+CHOICES = {'default_executor': use_the_default_executor, 'best_effort': use_best_effort}
+
+
+def timed(hear, note):
+    """Return hear as a node calls it, that notes the steps and beginnings that it brings about."""
+    def hear_action(self, said):
+        utterances = hear(self, said)
+        if utterances and type(utterances[-1]) is StateReward:
+            note(utterances[-1].step == 0)
+        return utterances
+    return hear_action
+
+
+def spin_together(makers, argv):
+    """Spin several nodes on one executor until they are interrupted."""
+    with interrupts() as stop:
+        rclpy.init(args=argv, signal_handler_options=SignalHandlerOptions.NO)
+        executor, nodes = EventsExecutor(), [make() for make in makers]
+        for node in nodes:
+            executor.add_node(node)
+        while not stop.is_set():
+            executor.spin_once(timeout_sec=running.LOOK)
+        rclpy.try_shutdown()
+
+
+def main(argv):
+    """Run nodes; return the exit code. argv: name, parent, folder, NODE+NODE,CHOICE, ROS."""
+    _, parent, folder, words, *arguments = argv
+    end_with_parent(int(parent))
+    names, *choices = words.split(',')
+    for choice in set(choices) & set(CHOICES):
+        CHOICES[choice]()
+    stopwatch = Stopwatch(Path(folder), names) if 'profiled' in choices else None
+    makers = [getattr(import_module(f'comply_ros.nodes.{name}'), CLASSES[name])
+              for name in names.split('+')]
+    stamps = Stamps(Path(folder))
+    if 'grid_world' in names:
+        makers[0].hear_action = timed(makers[0].hear_action, stamps.note)
+    if len(makers) > 1:
+        spin_together(makers, arguments)
+    else:
+        running.run_node(makers[0], [names, *arguments], ())
+    if 'grid_world' in names:
+        stamps.write()
+    if stopwatch:
+        stopwatch.write()
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main(sys.argv))

@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How long the parts of a callback take, in a node that runs."""
+
+import json
+from time import perf_counter_ns
+
+from rclpy.publisher import Publisher
+
+from comply_ros.core.learner_actor import LearnerActor
+from comply_ros.core.mentor_actor import MentorActor
+from comply_ros.core.world_actor import WorldActor
+from comply_ros.nodes import topics
+from comply_ros.nodes.actor_node import ActorNode
+
+HEARS = ((LearnerActor, 'hear_state'), (LearnerActor, 'hear_recommendation'),
+         (MentorActor, 'hear_state'), (WorldActor, 'hear_action'))
+WARM = 200  # calls that are not counted
+
+
+class Stopwatch:
+    """
+    Times the parts of every callback in this process, from when it is made.
+
+    Parameters
+    ----------
+    folder: `Path` for the file.
+    name: of the file, without its ending.
+
+    """
+
+    def __init__(self, folder, name):
+        self._path, self._times = folder / f'{name}.json', {}
+        decoder, encoder = topics.decoder, topics.encoder
+        from comply_ros.nodes import actor_node
+        actor_node.decoder = lambda topic: self._timed(f'decode {topic.name}', decoder(topic))
+        actor_node.encoder = lambda topic: self._timed(f'encode {topic.name}', encoder(topic))
+        for owner, name in HEARS:
+            setattr(owner, name, self._timed(f'actor {name}', getattr(owner, name)))
+        ActorNode.answer = self._timed('answer, with encode and publish', ActorNode.answer)
+        Publisher.publish = self._published(Publisher.publish)
+
+    def _timed(self, label, function):
+        times = self._times.setdefault(label, [])
+
+        def call(*arguments):
+            begin = perf_counter_ns()
+            try:
+                return function(*arguments)
+            finally:
+                times.append(perf_counter_ns() - begin)
+        return call
+
+    def _published(self, publish):
+        def call(publisher, message):
+            begin = perf_counter_ns()
+            publish(publisher, message)
+            self._times.setdefault(f'publish {publisher.topic.rsplit("/", 1)[-1]}', []).append(
+                perf_counter_ns() - begin)
+        return call
+
+    def write(self):
+        """Write the times of each part: how many calls, and the sum, in nanoseconds."""
+        self._path.write_text(json.dumps({
+            label: (len(times[WARM:]), sum(times[WARM:]))
+            for label, times in self._times.items() if len(times) > WARM}))
