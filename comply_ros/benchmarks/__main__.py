@@ -21,7 +21,7 @@ from comply_ros.session.screen import console, progress_bar
 SECTIONS = {'loop': loop.measured, 'choices': choices.measured, 'engine': engine.measured,
             'growth': growth.measured, 'start': start.measured}
 ASKED = {'setup': start.set_up, 'where': where.measured}  # not measured unless asked for
-ROUNDS = 5
+ROUNDS, WIDTH = 5, 120
 
 
 def parser():
@@ -68,7 +68,7 @@ def run(given):
 
 def show(rows, notes, path):
     """Print the table, what was left out, and where the file is."""
-    Console(highlight=False, soft_wrap=True).print(table(rows))
+    Console(highlight=False, width=None if sys.stdout.isatty() else WIDTH).print(table(rows))
     for note in notes:
         console.print(note, soft_wrap=True)
     console.print(f'\n  {path}', soft_wrap=True)

@@ -51,7 +51,7 @@ class CLoop:
         q = np.where(world.available, method.initial_value, -np.inf)
         visits, returns = np.ones_like(q), np.zeros(method.iterations)
         starts, *arrays = self._arrays
-        begin = time.perf_counter()
+        begin = time.thread_time()
         steps = self._learn(
             ctypes.c_int32(len(starts)), _place(starts), *map(_place, arrays),
             ctypes.c_double(world.grid.intended), ctypes.c_int32(world.grid.step_limit),
@@ -61,10 +61,10 @@ class CLoop:
                 method.discount, method.learning_rate, method.visit_growth, method.temperature,
                 method.temperature_factor, method.temperature_floor)),
             ctypes.c_uint64(seed), *map(_place, (q, visits, returns)))
-        return steps, time.perf_counter() - begin, returns
+        return steps, time.thread_time() - begin, returns
 
     def rate(self, seconds):
-        """Steps per second over whole runs that take at least so long together."""
+        """Return the steps per second over whole runs that take at least so long together."""
         steps = spent = seed = 0
         while spent < seconds:
             more, took, _ = self.learn(seed)

@@ -35,14 +35,14 @@ class Lesson:
         self._begin()
 
     def rate(self, seconds):
-        """Steps per second over whole iterations that take at least so long; runs go on."""
+        """Return the steps per second over whole iterations that take at least so long."""
         steps, spent = 0, 0.0
         while spent < seconds:
             if self._training.iterations_done == self._method.iterations:
                 self._begin()
-            begin = time.perf_counter()
+            begin = time.thread_time()
             steps += self._training.iterate().steps
-            spent += time.perf_counter() - begin
+            spent += time.thread_time() - begin
         return steps / spent
 
     def _begin(self):
@@ -54,13 +54,13 @@ class WholeRuns(Lesson):
     """The same, always from the first iteration to the last."""
 
     def rate(self, seconds):
-        """Steps per second over whole runs that take at least so long together."""
+        """Return the steps per second over whole runs that take at least so long together."""
         steps, spent = 0, 0.0
         while spent < seconds:
             self._begin()
-            begin = time.perf_counter()
+            begin = time.thread_time()
             steps += sum(self._training.iterate().steps for _ in range(self._method.iterations))
-            spent += time.perf_counter() - begin
+            spent += time.thread_time() - begin
         return steps / spent
 
 
@@ -88,7 +88,7 @@ def peers(bench):
         bench.notes.append(f'{C}: left out, there is no cc: sudo apt install build-essential')
     for peer, package, make, names in (
             (GYMNASIUM, 'gymnasium', NumpyLoop, ('sarsa',)),
-            (MUSHROOM, 'mushroom_rl', Mushroom, ('sarsa', 'sarsa_lambda'))):
+            (MUSHROOM, 'mushroom_rl.algorithms.value', Mushroom, ('sarsa', 'sarsa_lambda'))):
         reason = missing(package)
         if reason:
             bench.notes.append(f'{peer}: left out ({reason}): {INSTALL}')

@@ -74,11 +74,11 @@ class NumpyLoop:
         self._generator = np.random.default_rng(1)
 
     def rate(self, seconds):
-        """Steps per second over whole episodes that take at least so long together."""
-        begin, steps = time.perf_counter(), 0
-        while time.perf_counter() - begin < seconds:
+        """Return the steps per second over whole episodes that take at least so long together."""
+        begin, steps = time.thread_time(), 0
+        while time.thread_time() - begin < seconds:
             steps += self._episode()
-        return steps / (time.perf_counter() - begin)
+        return steps / (time.thread_time() - begin)
 
     def _episode(self):
         """Change the values by an episode; return its steps."""
@@ -139,9 +139,9 @@ class Mushroom:
         self._core = Core(agent, environment)
 
     def rate(self, seconds):
-        """Steps per second over at least so many seconds."""
-        begin, steps = time.perf_counter(), 0
-        while time.perf_counter() - begin < seconds:
+        """Return the steps per second over at least so many seconds."""
+        begin, steps = time.thread_time(), 0
+        while time.thread_time() - begin < seconds:
             self._core.learn(n_steps=LEAST, n_steps_per_fit=1, quiet=True)
             steps += LEAST
-        return steps / (time.perf_counter() - begin)
+        return steps / (time.thread_time() - begin)
