@@ -15,7 +15,7 @@ from comply_ros.core.world import World
 IN_PROCESS, OVER_TOPICS, SMALL = (11, 41, 201, 1001), (41, 201, 1001), (11, 41)
 IN_CACHE = 201  # cells a side, up to which a step should not become dearer
 FLAT, MAPS_GOAL, PLANNING_GOAL = 1.5, 2.0, 20.0
-SHORT = 100  # steps of an episode where every episode brings maps
+SHORT, SHORT_IF_LARGE = 20, 100  # steps of an episode where every episode brings maps
 PATIENCE = 60.0  # seconds for value iteration, before it is estimated
 NEVER, ALWAYS = 3600.0, 0.0  # least seconds between two maps
 
@@ -78,20 +78,21 @@ def seconds_of_maps(bench):
     """
     found = {}
     for side in (SMALL if bench.quick else OVER_TOPICS):
-        seconds = 0.5 if bench.quick else 15.0 if side > IN_CACHE else 3.0
-        paces = bench.interleave(f'maps, {side} x {side}', {
-            period: lambda period=period, side=side: seconds_of_an_episode(measure(
-                bench.folder / 'growth', real(), seconds, room_file(
-                    bench, side, SHORT, map_period=period, episodes=1)))
+        seconds = bench.interleave(f'maps, {side} x {side}', {
+            period: lambda period=period, side=side: seconds_of_an_episode(bench, side, period)
             for period in (ALWAYS, NEVER)})
         found[side] = [with_maps - without for with_maps, without in zip(
-            paces[ALWAYS], paces[NEVER], strict=True)]
+            seconds[ALWAYS], seconds[NEVER], strict=True)]
     return found
 
 
-def seconds_of_an_episode(pace):
-    """Seconds of an episode of `SHORT` steps, at a pace."""
-    return SHORT / pace.rate
+def seconds_of_an_episode(bench, side, period):
+    """Seconds of a short episode in a room, with at least that period between two maps."""
+    large = side > IN_CACHE
+    steps = SHORT_IF_LARGE if large else SHORT
+    parameters = room_file(bench, side, steps, map_period=period, episodes=1)
+    return steps / measure(bench.folder / 'growth', real(),
+                           0.5 if bench.quick else 15.0 if large else 3.0, parameters).rate
 
 
 def room_file(bench, side, step_limit=320, **learner):

@@ -2,6 +2,7 @@
 """How long the parts of a callback take, in a node that runs."""
 
 import json
+from statistics import median
 from time import perf_counter_ns
 
 from rclpy.publisher import Publisher
@@ -59,7 +60,7 @@ class Stopwatch:
         return call
 
     def write(self):
-        """Write the times of each part: how many calls, and the sum, in nanoseconds."""
+        """Write the median time of each part, in nanoseconds: interrupted calls do not count."""
         self._path.write_text(json.dumps({
-            label: (len(times[WARM:]), sum(times[WARM:]))
+            label: median(times[WARM:])
             for label, times in self._times.items() if len(times) > WARM}))

@@ -13,20 +13,20 @@ from comply_ros.benchmarks.stamps import pace, STAMPS
 
 
 def measured(bench):
-    """Return the rows of the profile, and the raw figures: microseconds a step."""
+    """Return the rows of the profile, and the raw figures: microseconds, of a step or a call."""
     seconds, folder = 0.5 if bench.quick else 4.0, bench.folder / 'where'
     parameters = nodes_file(bench.folder)
     looks = bench.interleave('where', {
         'ring': lambda: look(folder, RING, seconds),
         'nodes': lambda: look(folder, real(), seconds, parameters),
         'parts': lambda: look(folder, real('profiled'), seconds, parameters)})
-    rows = [Row(f'{loop}: {label}, microseconds a step', [each.get(label, 0.0) for each in looks[
-        loop]]) for loop in looks for label in looks[loop][0]]
+    rows = [Row(f'{loop}: {label}', [each[label] for each in looks[loop]])
+            for loop in looks for label in looks[loop][0]]
     return rows, looks
 
 
 def look(folder, members, seconds, parameters=None):
-    """Return the microseconds a step, of everything that was looked at, by its name."""
+    """Return what a step takes, in microseconds, by the name of what takes it."""
     with running(folder, members, parameters) as processes:
         warm(folder, processes)
         before = [threads(process.pid) for process in processes]
@@ -61,12 +61,12 @@ def processor_time(name, before, after, turns):
     return {f'{name}: thread of Python': first[0] / 1e3 / turns,
             f'{name}: threads of DDS': others[0] / 1e3 / turns,
             f'{name}: waiting for a processor': (first[1] + others[1]) / 1e3 / turns,
-            f'{name}: changes of thread (a number)': (first[2] + others[2]) / turns}
+            f'{name}: times on a processor': (first[2] + others[2]) / turns}
 
 
 def parts(path, name):
     """Table of the parts of a node's callbacks, in microseconds a call; {} if not looked at."""
     if not path.exists():
         return {}
-    return {f'{name}, a call: {label}': total / 1e3 / calls
-            for label, (calls, total) in json.loads(path.read_text()).items()}
+    return {f'{name}, median of a call: {label}': nanoseconds / 1e3
+            for label, nanoseconds in json.loads(path.read_text()).items()}
