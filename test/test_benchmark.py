@@ -24,7 +24,7 @@ from comply_ros.session.interrupts import Stop
 from comply_ros.session.maps import read_map
 
 SECTIONS = {'loop': 11, 'choices': 4, 'engine': len(METHODS['published']) + 1, 'growth': 9,
-            'start': 6, 'where': 60}  # rows that there are at least
+            'start': 6, 'where': 55}  # rows that there are at least
 
 
 class NoBar:
@@ -209,16 +209,16 @@ def benchmark(*arguments):
 
 @pytest.mark.parametrize('section', SECTIONS)
 def test_every_section_is_measured_shown_and_written(section, tmp_path, domain):
-    done = benchmark('--quick', '--rounds', '2', '--only', section, '--out', str(tmp_path))
+    done = benchmark('--quick', '--rounds', '1', '--only', section, '--out', str(tmp_path))
     assert done.returncode == 0, done.stderr
     content = json.loads((tmp_path / 'benchmark.json').read_text())
-    assert (content['rounds'], content['quick']) == (2, True)
+    assert (content['rounds'], content['quick']) == (1, True)
     rows = content['rows'][section]
     assert len(rows) >= SECTIONS[section]
     assert set(content['figures']) == {section}
     for row in rows:
         assert all(isinstance(value, float) for value in row['values'])
-        assert len(row['values']) == (1 if 'value iteration' in row['name'] else 2)
+        assert len(row['values']) == 1
         assert (row['goal'] is None) == (row['verdict'] == '')
         assert row['name'] in done.stdout
     assert str(tmp_path) not in json.dumps(content)
