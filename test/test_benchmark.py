@@ -13,11 +13,12 @@ import pytest
 
 from comply_ros.benchmarks import c_loop, engine, growth, machine, peers
 from comply_ros.benchmarks.fleet import BenchmarkError, measure, TOP
-from comply_ros.benchmarks.rooms import room, write_room
+from comply_ros.benchmarks.rooms import room, write_advice, write_room
 from comply_ros.benchmarks.rounds import Bench, ratios, Row
 from comply_ros.benchmarks.stamps import BEGUN, pace, STAMPS, Stamps
 from comply_ros.benchmarks.table import cells, content
 from comply_ros.core.methods import METHODS
+from comply_ros.core.policy import parse_policy
 from comply_ros.core.training import Training
 from comply_ros.core.world import World
 from comply_ros.session.interrupts import Stop
@@ -167,6 +168,14 @@ def test_a_peer_takes_steps_where_it_is_installed(maze, name):
 def test_a_room_is_the_same_in_a_file(tmp_path):
     assert read_map(str(write_room(7, tmp_path)), 'published') == room(7)
     assert len(room(201).starts) == pytest.approx(100, abs=1)
+
+
+def test_the_advice_in_a_room_leads_to_its_goal(tmp_path):
+    world, s, steps = World(room(7)), 0, 0
+    policy = parse_policy(write_advice(7, tmp_path).read_text(), world)
+    while not world.terminal[s]:
+        s, steps = int(world.successor[s, policy[s]]), steps + 1
+    assert steps == 12
 
 
 def test_growth_is_told_against_the_smallest_map():

@@ -8,7 +8,7 @@ import sys
 from comply_ros.benchmarks import planning
 from comply_ros.benchmarks.engine import Lesson, ROWS
 from comply_ros.benchmarks.fleet import measure, nodes_file, real
-from comply_ros.benchmarks.rooms import room, write_room
+from comply_ros.benchmarks.rooms import room, write_advice, write_room
 from comply_ros.benchmarks.rounds import ratios, Row
 from comply_ros.core.world import World
 
@@ -49,7 +49,7 @@ def flat(where, seconds):
 def steps_in_process(bench):
     """Return the seconds of a step, `seconds[side][round]`."""
     endless = replace(ROWS['beta_implicit'], measuring_iterations=0, iterations=0)
-    lessons = {side: Lesson('', World(room(side)), endless, 'random')
+    lessons = {side: Lesson('', World(room(side)), endless, advice(side, bench.folder))
                for side in (SMALL if bench.quick else IN_PROCESS)}
     for lesson in lessons.values():
         lesson.rate(0.01 if bench.quick else 1.0)  # the tables are touched for the first time
@@ -100,7 +100,12 @@ def room_file(bench, side, step_limit=320, **learner):
     folder = bench.folder / '-'.join(map(str, (side, step_limit, *learner.values())))
     folder.mkdir(exist_ok=True)
     return nodes_file(folder, {'map': str(write_room(side, folder, step_limit))},
-                      {'mentor': 'random'}, learner)
+                      {'mentor': advice(side, folder)}, learner)
+
+
+def advice(side, folder):
+    """Name of a mentor in a room that is made at once (others plan first)."""
+    return f'file:{write_advice(side, folder)}'
 
 
 def seconds_to_plan(bench):

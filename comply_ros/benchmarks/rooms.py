@@ -27,3 +27,10 @@ def write_room(side, folder, step_limit=STEP_LIMIT):
         'starts': [list(grid.place(s)) for s in grid.starts], 'rows': list(grid.rows)},
         default_flow_style=None, width=10 ** 9))
     return path
+
+
+def write_advice(side, folder):
+    """Write the advice of a mentor that says right, and up in the last column; return its path."""
+    path = folder / f'advice_{side}.txt'
+    path.write_text('>' * (side - 1) + 'G\n' + ('>' * (side - 1) + '^\n') * (side - 1))
+    return path
