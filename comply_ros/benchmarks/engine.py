@@ -34,15 +34,19 @@ class Lesson:
         self._training, self._seed = None, 0
         self._begin()
 
-    def rate(self, seconds):
-        """Return the steps per second over whole iterations that take at least so long."""
+    def rate(self, seconds, clock=time.thread_time):
+        """
+        Return the steps per second over whole iterations that take at least so long.
+
+        clock: of this thread's processor time, which other work on the machine does not change.
+        """
         steps, spent = 0, 0.0
         while spent < seconds:
             if self._training.iterations_done == self._method.iterations:
                 self._begin()
-            begin = time.thread_time()
+            begin = clock()
             steps += self._training.iterate().steps
-            spent += time.thread_time() - begin
+            spent += clock() - begin
         return steps / spent
 
     def _begin(self):
@@ -53,14 +57,14 @@ class Lesson:
 class WholeRuns(Lesson):
     """The same, always from the first iteration to the last."""
 
-    def rate(self, seconds):
+    def rate(self, seconds, clock=time.thread_time):
         """Return the steps per second over whole runs that take at least so long together."""
         steps, spent = 0, 0.0
         while spent < seconds:
             self._begin()
-            begin = time.thread_time()
+            begin = clock()
             steps += sum(self._training.iterate().steps for _ in range(self._method.iterations))
-            spent += time.thread_time() - begin
+            spent += clock() - begin
         return steps / spent
 
 
@@ -116,7 +120,7 @@ def _prepare():
 
 
 def _rate(seconds):
-    return _here['lesson'].rate(seconds)
+    return _here['lesson'].rate(seconds, time.perf_counter)
 
 
 def on_all_cores(bench, seconds):
