@@ -4,6 +4,7 @@
 import json
 from pathlib import Path
 import re
+import signal
 import socket
 import subprocess
 import sys
@@ -12,7 +13,7 @@ import numpy as np
 import pytest
 
 from comply_ros.benchmarks import c_loop, engine, growth, machine, peers
-from comply_ros.benchmarks.fleet import BenchmarkError, measure, TOP
+from comply_ros.benchmarks.fleet import BenchmarkError, measure, TOP, wait_until
 from comply_ros.benchmarks.rooms import room, write_advice, write_room
 from comply_ros.benchmarks.rounds import Bench, ratios, Row
 from comply_ros.benchmarks.stamps import BEGUN, pace, STAMPS, Stamps
@@ -21,7 +22,6 @@ from comply_ros.core.methods import METHODS
 from comply_ros.core.policy import parse_policy
 from comply_ros.core.training import Training
 from comply_ros.core.world import World
-from comply_ros.session.interrupts import Stop
 from comply_ros.session.maps import read_map
 
 SECTIONS = {'loop': 11, 'choices': 4, 'engine': len(METHODS['published']) + 1, 'growth': 9,
@@ -40,7 +40,7 @@ class NoBar:
 @pytest.fixture
 def bench(tmp_path):
     """Return a `Bench` of three rounds."""
-    return Bench(3, True, tmp_path, NoBar(), Stop())
+    return Bench(3, True, tmp_path, NoBar())
 
 
 @pytest.fixture(scope='module')
@@ -57,12 +57,17 @@ def test_every_other_round_goes_backwards(bench):
     assert order == list('abccbaabc')
 
 
-def test_who_stops_it_need_not_wait_for_the_end(tmp_path):
-    stop, measured = Stop(), []
-    bench = Bench(9, True, tmp_path, NoBar(), stop)
-    with pytest.raises(KeyboardInterrupt):
-        bench.interleave('one', {'one': lambda: measured.append(1) or stop.set()})
-    assert measured == [1]
+def test_ctrl_c_ends_it_and_the_nodes_that_it_started(tmp_path, domain):
+    process = subprocess.Popen(
+        [sys.executable, '-m', 'comply_ros.benchmarks', '--only', 'loop', '--out', str(tmp_path)],
+        cwd=TOP, stderr=subprocess.PIPE, text=True)
+    children = Path(f'/proc/{process.pid}/task/{process.pid}/children')
+    wait_until(lambda: len(children.read_text().split()) == 3, 'process of the ring')
+    started = children.read_text().split()
+    process.send_signal(signal.SIGINT)
+    assert process.communicate(timeout=40)[1].endswith('benchmark: interrupted\n')
+    assert process.returncode == 130
+    wait_until(lambda: not any(Path(f'/proc/{pid}').exists() for pid in started), 'end of all')
 
 
 def test_ratios_are_of_the_same_round():

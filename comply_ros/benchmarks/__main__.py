@@ -14,7 +14,6 @@ from comply_ros.benchmarks.fleet import BenchmarkError
 from comply_ros.benchmarks.machine import machine
 from comply_ros.benchmarks.rounds import Bench
 from comply_ros.benchmarks.table import content, table
-from comply_ros.session.interrupts import interrupts
 from comply_ros.session.options import guarded
 from comply_ros.session.screen import console, progress_bar
 
@@ -52,8 +51,8 @@ def run(given):
     out = Path(given.out)
     out.mkdir(parents=True, exist_ok=True)
     here, rows, figures = machine(), {}, {}
-    with tempfile.TemporaryDirectory() as folder, interrupts() as stop, progress_bar() as bar:
-        bench = Bench(given.rounds, given.quick, Path(folder), bar, stop)
+    with tempfile.TemporaryDirectory() as folder, progress_bar() as bar:
+        bench = Bench(given.rounds, given.quick, Path(folder), bar)
         for name in given.only:
             section, figures[name] = {**SECTIONS, **ASKED}[name](bench)
             rows[name] = list(section)

@@ -4,6 +4,7 @@
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 import os
+import signal
 import time
 
 from comply_ros.benchmarks.c_loop import CLoop, compiler
@@ -116,6 +117,7 @@ _here = {}  # of a worker process: its lesson
 
 
 def _prepare():
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the one that waits for it
     _here['lesson'] = WholeRuns('beta_implicit')
 
 

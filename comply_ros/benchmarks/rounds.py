@@ -4,8 +4,6 @@
 from statistics import median
 from typing import NamedTuple
 
-from comply_ros.session.interrupts import check
-
 MET, MISSED = 'met', 'missed'
 
 
@@ -47,7 +45,6 @@ class Bench:
     quick: whether only to show that everything works: the figures mean nothing.
     folder: `Path` for what has to be written meanwhile.
     bar: `rich` progress bar.
-    stop: `Stop` that somebody sets who wants to stop.
 
     Attributes
     ----------
@@ -55,9 +52,9 @@ class Bench:
 
     """
 
-    def __init__(self, rounds, quick, folder, bar, stop):
+    def __init__(self, rounds, quick, folder, bar):
         self.rounds, self.quick, self.folder, self.notes = rounds, quick, folder, []
-        self._bar, self._stop = bar, stop
+        self._bar = bar
 
     def interleave(self, section, contestants, rounds=None):
         """
@@ -71,7 +68,6 @@ class Bench:
         task = self._bar.add_task(section, total=rounds * len(contestants), now='')
         for number in range(rounds):
             for name in list(contestants)[::-1 if number % 2 else 1]:
-                check(self._stop)
                 self._bar.update(task, now=name)
                 figures[name].append(contestants[name]())
                 self._bar.advance(task)
