@@ -20,8 +20,9 @@ MAY_IMPORT = {
     'experiments': {'comply_ros.core', 'comply_ros.session', 'comply_ros.experiments', 'numpy',
                     'yaml', 'distributed', 'matplotlib'},
     'nodes': {'comply_ros.core', 'comply_ros.session', 'comply_ros.nodes', 'numpy', 'yaml'} | ROS,
-    'benchmarks': {'comply_ros', 'comply_ros.core', 'comply_ros.session', 'comply_ros.nodes',
-                   'comply_ros.benchmarks', 'numpy', 'yaml', 'rich', 'gymnasium', 'mushroom_rl'}
+    'benchmarks': {'comply_ros', 'comply_ros.__version__', 'comply_ros.core',
+                   'comply_ros.session', 'comply_ros.nodes', 'comply_ros.benchmarks', 'numpy',
+                   'yaml', 'rich', 'gymnasium', 'mushroom_rl'}
     | ROS,
 }
 
