@@ -82,7 +82,7 @@ class Flood:
         self._executor = rclpy.executors.SingleThreadedExecutor(context=context)
         self._executor.add_node(self._node)
         self.latest, self.count, self.asked, self.told = {}, Counter(), [], {}
-        self._said, self._clients, self._ears, self._deaf = set(), {}, {}, []
+        self._said, self._clients, self._ears, self._deaf = set(), {}, {}, set()
         self._publishers = {topic.name: self._node.create_publisher(
             topic.message, topic.name, KEPT) for topic in (*LIVE, DIAGNOSTICS)}
         self._encoders = {topic.name: topics.encoder(topic) for topic in LIVE}
@@ -101,7 +101,7 @@ class Flood:
             return  # of this node
         self.latest[topic.name] = said
         if topic in (topics.WORLD, topics.TRUST, topics.POLICY, topics.MENTOR_POLICY):
-            self._deaf.append(topic.name)  # this does not change, and what comes now is garbage
+            self._deaf.add(topic.name)  # this does not change, and what comes now is garbage
 
     def _hear_health(self, said):
         for status in said.status:

@@ -197,8 +197,23 @@ def test_a_learner_that_was_left_out_takes_part_when_the_other_is_gone():
     for step in range(1, 5):
         left_out.hear_state(state(step=step, s=1 + step % 2, reward=-1.0)._replace(learner=5))
     later = state(step=5, s=2, reward=-1.0)
-    assert [each.kind for each in left_out.hear_state(later)] == ['joins late']
+    for _ in range(3):
+        assert [each.kind for each in left_out.hear_state(later)] == ['joins late']
+    left_out.look()
     assert [type(each) for each in left_out.hear_state(later)] == [Action]
+
+
+def test_a_learner_whose_question_is_asked_again_was_not_left_for_a_turn_far_ahead():
+    actor, question = alone(6), state()
+    actor.hear_state(question)
+    forged = state(episode=1_029_192, step=7, s=4, reward=-1.0)
+    actor.hear_state(forged._replace(step=6, learner=5))
+    for _ in range(9):
+        actor.hear_state(forged)
+        actor.look()
+        assert [type(each) for each in actor.hear_state(question)] == [Action]
+        actor.hear_state(forged._replace(step=6, learner=5))
+    assert [type(each) for each in actor.hear_state(state(step=1, s=1, reward=-1.0))] == [Action]
 
 
 def test_a_watching_mentor_takes_the_action_of_the_learner_that_replaced_another():

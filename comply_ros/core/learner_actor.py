@@ -128,6 +128,7 @@ class LearnerActor(Attendant):
         if here < self._turns.answered:
             return (self._turns.too_late(here),)
         if here == self._turns.answered or self.asked and here == turn(self.asked):
+            self._turns.repeat(said, self.number)
             return self._respondent.again(waits=here != self._turns.answered)
         if said.learner not in (ANYONE, self.number):
             return self._turns.leave(said, self.number)

@@ -43,6 +43,12 @@ class Turns:
         self.answered, self.state, self.left, self.late = turn(asked), asked.state, 0, None
         self.ended = asked.terminated or asked.truncated
 
+    def repeat(self, said, number):
+        """Remember that the question that is answered, or open, is asked again: no later one is."""
+        self._doubted = None
+        if said.learner in (ANYONE, number):
+            self.left = 0
+
     def too_late(self, here):
         """Return `Dropped` for a question of a turn long past."""
         self.late = here
@@ -69,14 +75,17 @@ class Turns:
         `Refused` for a question that cannot be the next, a `Notice` for one after a gap, or None.
 
         What only might be wrong is taken when it is asked again: a first question in the middle
-        of a run (`Dropped`) and an unlikely move at once, a gap only after a `look`.
+        of a run (`Dropped`) and an unlikely move at once, a gap, or what comes after questions
+        to another learner, only after a `look`.
         """
         here, again, self._doubted = turn(said), self._doubted == said, None
         begins = self.answered == NOT_YET
-        if begins and here == FIRST or again and (begins or self.left):
+        if begins and (here == FIRST or again):
             return None
         if begins or self.left and here > self.answered and not self._is_next(here):
-            self._doubted = said
+            if again and self._looked:
+                return None
+            self._doubted, self._looked = said, again and self._looked
             return Dropped('joins late', f'joins a run in turn {here}: takes part as soon as that '
                            'is asked again')
         if self._is_next(here):

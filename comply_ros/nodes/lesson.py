@@ -150,7 +150,7 @@ def hold(options, disturbing=nullcontext):
 def _hold(options, stop, disturbing):
     with progress_bar() as bar:
         task = bar.add_task(options.method, total=options.row.iterations, now='looks around')
-        observer = Observer(options.rest.namespace, lambda said: bar.update(
+        observer = Observer(options.rest.namespace, options.grid, lambda said: bar.update(
             task, completed=said.iteration,
             now=words(said.mean_return, said.confidence, observer.rate())))
         executor = SingleThreadedExecutor()

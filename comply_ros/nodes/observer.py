@@ -36,6 +36,7 @@ class Observer(SturdyNode):
     Parameters
     ----------
     namespace: of the nodes.
+    grid: the `Grid` that the lesson is held in.
     on_progress: called with each `Progress`.
 
     Attributes
@@ -47,11 +48,11 @@ class Observer(SturdyNode):
 
     """
 
-    def __init__(self, namespace, on_progress):
+    def __init__(self, namespace, grid, on_progress):
         super().__init__('lesson', namespace=namespace)
         self.progress, self.advice, self.began, self.words = [], None, None, {}
         self._world, self._policies, self._early = None, {}, deque(maxlen=REPORTS)
-        self._mdp, self._before = None, 0
+        self._mdp, self._before = World(grid), 0
         self._pace = deque(maxlen=PACE)
         self._processes = ()
         self._on_progress = on_progress
@@ -104,9 +105,7 @@ class Observer(SturdyNode):
         """Take the world that began first for that of the lesson, and hear what came before it."""
         if self._world is not None and (self.progress or said.began >= self._world.began):
             return
-        try:
-            self._mdp = World(grid_of(said))
-        except ValueError:
+        if not self._is_held_in(said):
             return
         self._world, self.advice = said, None
         for each in [*self._policies.values()]:
@@ -114,6 +113,14 @@ class Observer(SturdyNode):
         early, self._early = self._early, deque(maxlen=REPORTS)
         for each in early:
             self._hear_progress(each)
+
+    def _is_held_in(self, said):
+        if said.sha256 != self._mdp.grid.sha256:
+            return False
+        try:
+            return grid_of(said) == self._mdp.grid
+        except ValueError:
+            return False
 
     def _hear_policy(self, said):
         if not self.progress and len(self._policies) < WORLDS:
