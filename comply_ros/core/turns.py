@@ -44,7 +44,7 @@ class Turns:
         self.ended = asked.terminated or asked.truncated
 
     def repeat(self, said, number):
-        """Remember that the question that is answered, or open, is asked again: no later one is."""
+        """Remember that the question that was answered, or is open, is asked again."""
         self._doubted = None
         if said.learner in (ANYONE, number):
             self.left = 0
