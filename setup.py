@@ -11,7 +11,8 @@ EXECUTABLES = ('grid_world', 'mentor', 'learner', 'fault_injector', 'lesson', 't
 setup(
     name='comply_ros',
     version='0.1.0',
-    packages=find_packages(include=('comply_ros', 'comply_ros.*')),
+    packages=find_packages(include=('comply_ros', 'comply_ros.*'),
+                           exclude=('comply_ros.benchmarks',)),
     package_data={'comply_ros': ['maps/*.yaml']},
     data_files=[
         ('share/ament_index/resource_index/packages', ['resource/comply_ros']),
