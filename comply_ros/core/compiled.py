@@ -5,9 +5,11 @@ from functools import cache
 import hashlib
 import os
 from pathlib import Path
+from pickle import UnpicklingError
 import shutil
 
 KERNELS = {}
+SPOILED = EOFError, ImportError, OSError, ValueError, UnpicklingError  # what a bad cache raises
 
 
 def kernel(function):
@@ -46,6 +48,15 @@ def compiled(entry):
             register_jitable(_nrt=False, forceinline=True)(function)
     return numba.njit(nogil=True, error_model='numpy', cache=_keeps_code(numba),
                       _nrt=False)(entry)
+
+
+def run_compiled(entry, *arguments):
+    """Return what entry returns, run as machine code; what is kept and spoiled is made anew."""
+    try:
+        return compiled(entry)(*arguments)
+    except SPOILED:  # raised before anything ran
+        forget()
+        return compiled(entry)(*arguments)
 
 
 def forget():

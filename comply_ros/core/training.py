@@ -2,12 +2,11 @@
 """The same conversation in one process, as a compiled loop over many steps."""
 
 from collections import namedtuple
-from pickle import UnpicklingError
 
 import numpy as np
 
 from comply_ros.core.advising import advise, Advising, watch
-from comply_ros.core.compiled import compiled, forget, kernel
+from comply_ros.core.compiled import compiled, forget, kernel, SPOILED
 from comply_ros.core.compliance import heed
 from comply_ros.core.draws import Draws, streams
 from comply_ros.core.grid import NO_ACTION
@@ -59,7 +58,7 @@ class Training:
         self.iterations_done = 0
         try:
             self._compile()
-        except (EOFError, ImportError, OSError, ValueError, UnpicklingError):  # a spoiled cache
+        except SPOILED:
             forget()
             self._compile()
 
