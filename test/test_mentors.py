@@ -76,6 +76,19 @@ def test_noise_spoils_a_share_of_the_states():
             == make_policy(Spec('random'), FREE_GRID, 5)).all()
 
 
+@pytest.mark.parametrize('text', ['random', 'noisy:1.0', 'noisy:1'])
+def test_where_every_state_is_spoiled_nothing_is_planned(monkeypatch, text):
+    generator = np.random.Generator(np.random.PCG64(7))
+    generator.random(121)
+    tickets = np.where(FREE_GRID.available, generator.random((121, 4)), -np.inf)
+    monkeypatch.setattr('comply_ros.core.mentors.optimal_policy', None)
+    policy = make_policy(parse_spec(text), FREE_GRID, 7)
+    assert policy.dtype == np.int8
+    assert policy.tolist() == np.where(FREE_GRID.free, tickets.argmax(axis=1), -1).tolist()
+    with pytest.raises(TypeError):  # here something has to be
+        make_policy(parse_spec('noisy:0.5'), FREE_GRID, 7)
+
+
 def test_mentors_are_ordered_as_they_should_be():
     assert optimality('optimal') == 1.0
     assert optimality('none') == 0.0

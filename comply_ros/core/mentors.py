@@ -130,7 +130,10 @@ def noisy_policy(world, noise, generator):
     """`advice[s]`: optimal, but in a share `noise` of the states any action of the cell."""
     spoiled = generator.random(len(world.free)) < noise
     tickets = np.where(world.available, generator.random(world.available.shape), -np.inf)
-    return np.where(spoiled, greedy(tickets, world.free), optimal_policy(world)).astype(np.int8)
+    anything = greedy(tickets, world.free)
+    if spoiled[world.free].all():  # the optimal policy would be planned for nothing
+        return anything
+    return np.where(spoiled, anything, optimal_policy(world)).astype(np.int8)
 
 
 def snapshot_policy(world, level, seed, on_progress):
