@@ -57,3 +57,15 @@ def test_a_goal_behind_another_goal_is_out_of_reach():
     with pytest.raises(MapError, match='no way leads there'):
         grid('.#G', starts=(0,))
     assert grid('..G.G').starts == (0,)
+
+
+def test_of_many_wrong_starts_the_first_is_named():
+    rows = ('....#.', '..G.#.', '....#.')  # the last column is cut off, the one before is walls
+    for starts, message in (((0, 5, 11), r'no way leads there from \(5, 0\)'),
+                            ((0, 4, 17, 99), r'\(4, 0\) is an obstacle'),
+                            ((0, 8, 4), r'\(2, 1\) is the goal'),
+                            ((0, 99, 4), 'got state 99'), ((0, 4, -1), r'\(4, 0\) is an obs'),
+                            ((0, -1, 99), 'got state -1')):
+        with pytest.raises(MapError, match=message):
+            grid(*rows, starts=starts)
+    assert grid(*rows, starts=(3, 0, 3)).starts == (3, 0, 3)

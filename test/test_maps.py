@@ -5,9 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import yaml
 
 from comply_ros.core.grid import MapError
 from comply_ros.session.maps import map_names, parse_map, read_map
+from comply_ros.session.reading import BoundedLoader
 
 SMALL = """
 intended: 0.8
@@ -140,3 +142,24 @@ def laughs(levels, text):
 def test_a_map_that_would_be_large_in_memory_is_refused(rows):
     with pytest.raises(MapError, match='YAML may have at most 50000 values, got more in line 6'):
         parse_map(SMALL.replace("['..G', '.#.']", rows), 'report')
+
+
+@pytest.mark.parametrize('text', [
+    SMALL, SMALL.replace("'..G'", "'..\ufeffG'"), SMALL.replace("'..G'", '"..\\x47"'),
+    SMALL.replace("'..G'", "'..\x85  G'"), SMALL.replace("'..G'", "'..\u2028\u2029G'"),
+    SMALL.replace('\n', '\r\n'), SMALL.replace('\n', '\r'), SMALL + '# the end, of it all',
+    SMALL + 'rows', SMALL + "'rows", SMALL + '\n  - rows: [', '\ufeff' + SMALL, SMALL + '&a *b',
+    SMALL.replace('rows: [', 'rows: [ # of cells: \u2028, and so on\n')])
+def test_places_in_yaml_are_counted_as_pyyaml_counts_them(text):
+    def marks(loader):
+        try:
+            for event in loader:
+                seen.append((event, *((mark.index, mark.line, mark.column)
+                                      for mark in (event.start_mark, event.end_mark))))
+        except yaml.YAMLError as error:
+            seen.append((str(error),))
+        return [(repr(event), *places) for event, *places in seen]
+    seen = []
+    ours = marks(yaml.parse(text, BoundedLoader))
+    seen = []
+    assert ours == marks(yaml.parse(text, yaml.SafeLoader))

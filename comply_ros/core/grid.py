@@ -7,6 +7,8 @@ import hashlib
 
 import numpy as np
 
+from comply_ros.core.ways import reaching
+
 FREE, OBSTACLE, GOAL = CELLS = '.#G'
 LEFT, RIGHT, DOWN, UP = range(4)
 NO_ACTION = -1  # of a mentor: no advice; of a learner: nothing to do, the episode is over
@@ -92,7 +94,8 @@ class Grid:
     @cached_property
     def arriving(self):
         """`arriving[s]`, bool: whether a goal can be reached from state s; true at goals."""
-        return _cells_that_reach_a_goal(self, self.cells)
+        signs = np.frombuffer(self.cells.encode(), dtype='S1').reshape(self.height, self.width)
+        return reaching(signs == FREE.encode(), signs == GOAL.encode()).ravel()
 
     def place(self, s):
         """Return (x, y) of state s."""
@@ -136,6 +139,9 @@ def _check_starts(grid):
     if not grid.starts:
         raise MapError('a map needs at least one start, got none')
     cells = grid.cells
+    if (min(grid.starts) >= 0 and max(grid.starts) < len(cells)
+            and set(map(cells.__getitem__, grid.starts)) == {FREE}):
+        return
     for s in grid.starts:
         if not 0 <= s < len(cells):
             raise MapError(f'a start must lie in the grid of {len(cells)} cells, got state {s}')
@@ -146,22 +152,8 @@ def _check_starts(grid):
 
 
 def _check_ways(grid):
-    for s in grid.starts:
-        if not grid.arriving[s]:
-            x, y = grid.place(s)
-            raise MapError(f'the goal must be in reach of every start, '
-                           f'but no way leads there from ({x}, {y})')
-
-
-def _cells_that_reach_a_goal(grid, cells):
-    signs = np.frombuffer(cells.encode(), dtype='S1')
-    found, free = signs == GOAL.encode(), signs == FREE.encode()
-    border = np.flatnonzero(found)
-    while len(border):
-        x, y = grid.place(border)
-        beside = [border[(0 <= x + dx) & (x + dx < grid.width) & (0 <= y + dy)
-                         & (y + dy < grid.height)] + dy * grid.width + dx for dx, dy in STEPS]
-        border = np.unique(np.concatenate(beside))
-        border = border[free[border] & ~found[border]]
-        found[border] = True
-    return found
+    lost = np.flatnonzero(~grid.arriving[np.array(grid.starts, dtype=np.int64)])
+    if len(lost):
+        x, y = grid.place(grid.starts[lost[0]])
+        raise MapError(f'the goal must be in reach of every start, '
+                       f'but no way leads there from ({x}, {y})')

@@ -2,12 +2,14 @@
 """What users give as files, within bounds: text that ends, YAML that stays small in memory."""
 
 from pathlib import Path
+import re
 
 import yaml
 
 LONGEST = 32_000_000  # characters of a file: more than the largest map has
 LONGEST_NUMBER = 50  # characters of a number in YAML
 MOST_VALUES = 50_000  # in YAML; a value behind an alias counts each time, a text by thousands
+ONE_LINE = re.compile('[^\\n\\r\\x85\\u2028\\u2029\\ufeff]*')  # what takes a column each
 
 
 class UnreadableError(ValueError):
@@ -66,6 +68,15 @@ class BoundedLoader(yaml.SafeLoader):
     def __init__(self, text):
         super().__init__(text)
         self._count, self._weights = 0, {}
+
+    def forward(self, length=1):
+        """Go on by so many characters; within a line at once, where PyYAML counts each."""
+        end = self.pointer + length
+        if length > 1 and ONE_LINE.fullmatch(self.buffer, self.pointer, end) \
+                and end < len(self.buffer):
+            self.pointer, self.index, self.column = end, self.index + length, self.column + length
+        else:
+            super().forward(length)
 
     def compose_node(self, parent, index):
         """Return the next node, counted with all below it; an alias as what it stands for."""
