@@ -5,8 +5,8 @@ from glob import glob
 
 from setuptools import find_packages, setup
 
-EXECUTABLES = ('grid_world', 'mentor', 'learner', 'fault_injector', 'lesson', 'train', 'reproduce',
-               'sweep', 'topic')
+EXECUTABLES = ('grid_world', 'mentor', 'learner', 'fault_injector', 'viewer', 'lesson', 'train',
+               'reproduce', 'sweep', 'topic')
 
 setup(
     name='comply_ros',
@@ -18,7 +18,8 @@ setup(
         ('share/ament_index/resource_index/packages', ['resource/comply_ros']),
         ('share/comply_ros', ['package.xml']),
         ('share/comply_ros/launch', glob('launch/*.launch.py')),
-        ('share/comply_ros/config', glob('config/*.yaml')),
+        ('share/comply_ros/config', glob('config/*.yaml') + glob('config/*.json')),
+        ('share/comply_ros/rviz', glob('rviz/*.rviz')),
         ('share/comply_ros/config/security', glob('config/security/*.policy.xml')),
     ],
     python_requires='>=3.11',

@@ -34,6 +34,11 @@ def fault_injector():
     return _start('nodes.fault_injector', interrupted=0)
 
 
+def viewer():
+    """Run the node that shows the conversation in standard messages."""
+    return _start('nodes.viewer', interrupted=0)
+
+
 def lesson():
     """Run the three nodes as processes, to their results."""
     return _start('nodes.lesson', interrupted=130)

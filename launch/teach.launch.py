@@ -3,6 +3,7 @@
 
 from pathlib import Path
 
+from ament_index_python import get_package_prefix, PackageNotFoundError
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
@@ -24,6 +25,8 @@ ARGUMENTS = (
     ('params_file', DEFAULT_FILE, 'further parameters; the arguments above win'),
     ('state_dir', '', 'folder in which the nodes keep what they need to go on after a kill'),
     ('respawn', 'false', 'start a node again that was killed; with state_dir nothing is lost'),
+    ('viewer', 'false', 'turn what is said into maps, markers and numbers that RViz shows'),
+    ('rviz', 'false', 'show them in RViz, where rviz2 is installed; starts the viewer too'),
     ('log_level', 'info', 'how much the nodes say'),
 )
 CHOICES = {
@@ -34,6 +37,8 @@ CHOICES = {
         'pi_reuse', 'policy_shaping', 'jump_start', 'head_start'],
     'profile': ['', 'report', 'published'],
     'respawn': ['true', 'false'],
+    'viewer': ['true', 'false'],
+    'rviz': ['true', 'false'],
     'log_level': ['debug', 'info', 'warn', 'error', 'fatal'],
 }
 # Each node, and the arguments that set parameters of it.
@@ -42,6 +47,8 @@ NODES = {
     'mentor': ('mentor', 'state_dir'),
     'learner': ('method', 'profile', 'seed', 'iterations', 'state_dir'),
 }
+# What RViz shows; in a namespace it finds them there.
+SHOWN = ('map', 'trust', 'values', 'places', 'mentor', 'policy', 'trail', 'robot')
 NUMBERS = ('seed', 'iterations')
 REFUSED = 2  # exit code of a node that cannot do what it was told, and could not the next time
 
@@ -71,7 +78,35 @@ def nodes(context):
             arguments=['--ros-args', '--enclave', f'/{name}', '--log-level', given['log_level']],
             output='screen', emulate_tty=True, respawn=respawns, respawn_delay=0.5,
             on_exit=when_ended(name, respawns)))
+    return [*started, *viewers(given)]
+
+
+def viewers(given):
+    """Return the viewer and RViz, as far as they are asked for; they may end without the rest."""
+    started, home = [], given['namespace'].strip('/')
+    if 'true' in (given['viewer'], given['rviz']):
+        started.append(Node(
+            package='comply_ros', executable='viewer', name='viewer', namespace=home,
+            parameters=[given['params_file']], output='screen', emulate_tty=True,
+            arguments=['--ros-args', '--enclave', '/viewer', '--log-level', given['log_level']]))
+    if given['rviz'] == 'true':
+        check_rviz()
+        started.append(Node(
+            package='rviz2', executable='rviz2', name='rviz', namespace=home,
+            arguments=['-d', PathJoinSubstitution(
+                [FindPackageShare('comply_ros'), 'rviz', 'teach.rviz'])],
+            remappings=[(f'/view/{each}', f'/{home}/view/{each}') for each in SHOWN if home]))
     return started
+
+
+def check_rviz():
+    """Return if RViz is installed; raises ValueError if it is not."""
+    try:
+        get_package_prefix('rviz2')
+    except PackageNotFoundError:
+        raise ValueError('rviz:=true needs the package rviz2, and it is not installed: install '
+                         'it (sudo apt install ros-$ROS_DISTRO-rviz2), or give viewer:=true '
+                         'alone and look with Foxglove') from None
 
 
 def generate_launch_description():

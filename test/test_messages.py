@@ -22,6 +22,7 @@ SAID = {
     'Episode': dialogue.Episode(1, 2, 320, -31.9, False, True),
     'Progress': dialogue.Progress(1, 2, 400, 15, 2 ** 40, -3.5, 0.25, 0.03, True),
     'Trust': topics.Trust(1, 2, 1, [0.5, 0.25]),
+    'Values': topics.Values(1, 2, 1, [0.1 + 0.2, -3.5]),
     'Policy': topics.Policy(1, 2, 1, [-1, 3]),
 }
 

@@ -19,8 +19,8 @@ KNOWN = {'grid_world': {'map', 'profile', 'seed', 'rate', 'state_dir'},
          'mentor': {'mentor', 'seed', 'budget', 'advising', 'state_dir'},
          'learner': {'method', 'profile', 'seed', 'map_period', 'remembers_advice',
                      'advice_timeout', 'state_dir', *FIELDS}}
-EXECUTABLES = ('grid_world', 'mentor', 'learner', 'fault_injector', 'lesson', 'train', 'reproduce',
-               'sweep', 'topic')
+EXECUTABLES = ('grid_world', 'mentor', 'learner', 'fault_injector', 'viewer', 'lesson', 'train',
+               'reproduce', 'sweep', 'topic')
 
 
 @pytest.mark.parametrize('name', EXECUTABLES)
@@ -43,7 +43,7 @@ def test_the_launch_file_has_the_arguments_and_knows_all_methods():
         (TOP / 'launch' / 'teach.launch.py').read_text()).body if isinstance(node, ast.Assign)}
     names = [row.elts[0].value for row in tables['ARGUMENTS'].elts]
     assert names == ['map', 'method', 'mentor', 'seed', 'iterations', 'profile', 'namespace',
-                     'params_file', 'state_dir', 'respawn', 'log_level']
+                     'params_file', 'state_dir', 'respawn', 'viewer', 'rviz', 'log_level']
     choices = ast.literal_eval(tables['CHOICES'])
     assert choices['method'] == ['', *METHODS['published']]
     assert choices['profile'] == ['', *METHODS]

@@ -8,7 +8,7 @@ import time
 import xml.etree.ElementTree as ElementTree
 
 from ament_index_python import get_package_share_directory
-from nodes import DEADLINE, wait_until
+from nodes import DEADLINE, nodes, wait_until
 import pytest
 import rclpy
 from rclpy.node import Node
@@ -17,7 +17,7 @@ from comply_ros.nodes import topics
 from comply_ros.nodes.processes import START
 
 FOLDER = Path(__file__).parents[1] / 'config' / 'security'
-NODES = ('grid_world', 'mentor', 'learner', 'lesson')
+NODES = ('grid_world', 'mentor', 'learner', 'lesson', 'viewer')
 # A mentor that waits for mistakes hears actions too; slow, since it is only looked at.
 LESSON = ('--map', 'bar_grid', '--mentor', 'optimal', '--iterations', '100000', '--rate', '5',
           '--budget', '20', '--advising', 'mistakes')
@@ -28,7 +28,8 @@ LOOKS = {'publish': Node.get_publisher_names_and_types_by_node,
 SPEAKS_ON = {
     'grid_world': (topics.WORLD, topics.STATE, topics.EPISODE),
     'mentor': (topics.RECOMMENDATION, topics.MENTOR_POLICY),
-    'learner': (topics.ACTION, topics.PROGRESS, topics.TRUST, topics.POLICY)}
+    'learner': (topics.ACTION, topics.PROGRESS, topics.TRUST, topics.POLICY,
+                topics.VALUES)}
 
 
 def policy(name):
@@ -71,14 +72,15 @@ def differences(node, namespace):
 
 @pytest.fixture(params=['/', '/second'])
 def namespace(request, domain, tmp_path):
-    """Return the namespace in which the four nodes are running, as processes of a lesson."""
+    """Return the namespace in which the five nodes are running, as processes of a lesson."""
     lesson = subprocess.Popen(
         [sys.executable, '-c', START.format('lesson'), *LESSON, '--out', str(tmp_path),
          '--namespace', request.param.strip('/')], stderr=subprocess.DEVNULL)
     log = tmp_path / 'learner.log'
     try:
         wait_until(lambda: log.exists() and 'begins to learn' in log.read_text(), 'learning')
-        yield request.param
+        with nodes(tmp_path / 'viewer', viewer=('-r', f'__ns:={request.param}')):
+            yield request.param
     finally:
         lesson.terminate()
         lesson.wait(30)

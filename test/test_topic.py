@@ -25,7 +25,8 @@ def running(tmp_path):
 
 
 def test_list_names_the_topics(running):
-    ours = {'/world', '/state', '/action', '/episode', '/progress', '/trust', '/policy'}
+    ours = {'/world', '/state', '/action', '/episode', '/progress', '/trust', '/policy',
+            '/values'}
     wait_until(lambda: ours <= set(run('topic', 'list').stdout.split()), 'topics in the list')
     assert run('topic', 'list').returncode == 0
 

@@ -97,6 +97,11 @@ def greedy(q, free):
     return np.where(free, q.argmax(axis=1), NO_ACTION).astype(np.int8)
 
 
+def state_values(q, free):
+    """`v[s]`, float64: of the best action in state s; 0 where there is nothing to do."""
+    return np.where(free, q.max(axis=1), 0.0)
+
+
 def optimal_policy(world):
     """`policy[s]`, int8: greedy towards the optimal values, discount 1."""
     return greedy(action_values(world, optimal_values(world)), world.free)

@@ -13,7 +13,7 @@ from comply_ros.core.dialogue import Answered, Dropped, Progress, Recommendation
 from comply_ros.core.learner_actor import LearnerActor
 from comply_ros.core.method import MethodError
 from comply_ros.core.methods import find_method
-from comply_ros.core.planning import greedy
+from comply_ros.core.planning import greedy, state_values
 from comply_ros.core.problems import problem_of_description
 from comply_ros.nodes.actor_node import ActorNode
 from comply_ros.nodes.parameters import (
@@ -38,6 +38,8 @@ from comply_ros.nodes.topics import (
     STATE,
     TRUST,
     Trust,
+    VALUES,
+    Values,
     WORLD,
 )
 from comply_ros.session.keeping import StateError
@@ -57,7 +59,7 @@ class Learner(ActorNode):
         self._map_period, self._map_time = self.declare(MAP_PERIOD), float('-inf')
         self._restore({'method': name, **asdict(method), 'seed': seed,
                        'remembers_advice': remembers})
-        for topic in (ACTION, PROGRESS, TRUST, POLICY):
+        for topic in (ACTION, PROGRESS, TRUST, POLICY, VALUES):
             self.speaks_on(topic)
         self.serves(Save, SAVE, self.save)
         self.listens_to(WORLD, self.hear_world)
@@ -190,7 +192,8 @@ class Learner(ActorNode):
         shape = run, world.grid.width, world.grid.height
         trust = confidences(self.actor.method, memory, self.actor.advice_heard())
         return (Trust(*shape, trust),
-                Policy(*shape, greedy(memory.q, world.free).tolist()))
+                Policy(*shape, greedy(memory.q, world.free).tolist()),
+                Values(*shape, state_values(memory.q, world.free).tolist()))
 
 
 def main(argv):

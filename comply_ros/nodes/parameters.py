@@ -85,10 +85,20 @@ TOPICS = Parameter(
 KEPT = Parameter(
     'depth', 1, 'Messages that a latched topic keeps for who comes late: the depth of the '
     'publisher that is relayed, which the graph does not tell', 1, 100_000)
+FRAME = Parameter('frame', 'map', 'Coordinate frame of all that the viewer publishes')
+CELL_SIZE = Parameter('cell_size', 1.0, 'Side of a cell, in metres', 0.001, 1000)
+ROBOT_RATE = Parameter(
+    'robot_rate', 10.0, 'How often a second robot, trail and returns are shown, if they changed',
+    0.01, 100)
+MAP_RATE = Parameter(
+    'map_rate', 1.0, 'How often a second maps and arrows are shown, if they changed', 0.01, 100)
+TRAIL_LENGTH = Parameter(
+    'trail_length', 1000, 'Points of the trail of an episode, at most', 1, 100_000)
 FAULTS = tuple(Parameter(each.name, each.default, **each.metadata) for each in fields(Faults))
 
 OURS = (MAP, PROFILE, SEED, RATE, METHOD, MENTOR, BUDGET, ADVISING, MAP_PERIOD,
-        REMEMBERS_ADVICE, ADVICE_TIMEOUT, STATE_DIR, TOPICS, KEPT, *FAULTS)
+        REMEMBERS_ADVICE, ADVICE_TIMEOUT, STATE_DIR, TOPICS, KEPT, FRAME, CELL_SIZE,
+        ROBOT_RATE, MAP_RATE, TRAIL_LENGTH, *FAULTS)
 ROS = {'use_sim_time', 'start_type_description_service'}
 
 

@@ -43,6 +43,15 @@ class Policy(NamedTuple):
     action: list
 
 
+class Values(NamedTuple):
+    """Value of every state, as in the message."""
+
+    run: int
+    width: int
+    height: int
+    value: list
+
+
 WORLD = Topic('world', msg.WorldDescription, dialogue.WorldDescription, LATCHED)
 STATE = Topic('state', msg.StateReward, dialogue.StateReward, LATCHED)
 RECOMMENDATION = Topic('recommendation', msg.Recommendation, dialogue.Recommendation, LATCHED)
@@ -51,6 +60,7 @@ EPISODE = Topic('episode', msg.Episode, dialogue.Episode, REPORTED)
 PROGRESS = Topic('progress', msg.Progress, dialogue.Progress, REPORTED)
 TRUST = Topic('trust', msg.Trust, Trust, LATCHED)
 POLICY = Topic('policy', msg.Policy, Policy, LATCHED)
+VALUES = Topic('values', msg.Values, Values, LATCHED)
 MENTOR_POLICY = Topic('mentor_policy', msg.Policy, Policy, LATCHED)
 
 RECOMMEND = 'recommend'  # service of the mentor

@@ -7,12 +7,14 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 import numpy as np
 
+from comply_ros.core.drawing import TRUST_SCALE
 from comply_ros.core.grid import NO_ACTION, STEPS
 
 # Blue-green against vermilion: told apart with any kind of colour vision, and on a grey print.
-BLUE, GREEN, RED, ORANGE, INK, PALE = '#0072B2', '#009E73', '#CC3311', '#E69F00', '#222', '#bbb'
+BLUE, ORANGE, INK, PALE = '#0072B2', '#E69F00', '#222', '#bbb'
+RED, _, GREEN = TRUST_SCALE
 CORNERS = np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])  # of a cell
-TRUST = LinearSegmentedColormap.from_list('trust', [RED, '#e8d9b0', GREEN])
+TRUST = LinearSegmentedColormap.from_list('trust', TRUST_SCALE)
 
 
 def grid_figure(world, title, size=8.0, beside=0.0):

@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The viewer as a real process beside the three, and the files that show what it publishes."""
+
+import ast
+import json
+import os
+from pathlib import Path
+import re
+import signal
+
+from nodes import log_has, nodes, run, wait_until
+import numpy as np
+import pytest
+from rclpy.node import Node
+import rclpy
+from test_nodes import digest_of, heard, LEARNER, MENTOR, node, SMALL, spin_until, trained
+from visualization_msgs.msg import Marker
+import yaml
+
+from comply_ros.core.drawing import advised, CORNERS_OF_ARROW, occupancy
+from comply_ros.core.world import World
+from comply_ros.nodes import topics, views
+from comply_ros.session.maps import read_map
+from comply_ros.session.mentors import mentor_policy, read_spec
+
+pytestmark = pytest.mark.usefixtures('domain')
+TOP = Path(__file__).parents[1]
+VIEWER = ('-p', 'map_rate:=20.0', '-p', 'robot_rate:=50.0', '-p', 'cell_size:=0.5')
+__all__ = ('node', 'Node', 'rclpy')
+
+
+def test_all_is_shown_and_the_digest_is_the_same(tmp_path, node):
+    seen = {view: heard(node, view) for view in views.VIEWS}
+    trust, values, episodes = (heard(node, topic) for topic in (
+        topics.TRUST, topics.VALUES, topics.EPISODE))
+    with nodes(tmp_path, viewer=VIEWER, grid_world=SMALL, mentor=MENTOR,
+               learner=LEARNER) as started:
+        assert digest_of(started['learner']) == trained(iterations=4)
+        spin_until(node, lambda: all(seen.values()) and len(seen[views.MEAN_RETURN]) == 4
+                   and shows(seen, trust, values), 'views of the last maps')
+    world = World(read_map('bar_grid', 'published'))
+    grid, policy = world.grid, mentor_policy(read_spec('noisy:0.3'), world, 0)
+    shown = seen[views.MAP][-1]
+    assert list(shown.data) == occupancy(world)
+    assert (shown.info.width, shown.info.height) == (grid.width, grid.height)
+    assert (shown.info.resolution, shown.header.frame_id) == (0.5, 'map')
+    arrows, = seen[views.MENTOR][-1].markers
+    assert arrows.type == Marker.TRIANGLE_LIST
+    assert len(arrows.points) == len(arrows.colors) == \
+        CORNERS_OF_ARROW * len(advised(world, policy))
+    returns = {said.total_reward for said in episodes}
+    assert returns.issuperset(said.data for said in seen[views.EPISODE_RETURN])
+    place = seen[views.ROBOT][-1].pose.position
+    assert (place.x % 0.5, place.y % 0.5) == (0.25, 0.25)
+    assert 'refused' not in started['viewer'].log.read_text()
+
+
+def shows(seen, trust, values):
+    """Tell whether the last trust map and the last values are what the learner said last."""
+    world = World(read_map('bar_grid', 'published'))
+    if not trust or not values or not seen[views.VALUES][-1].markers[0].points:
+        return False
+    percents = np.rint(100.0 * np.array(trust[-1].confidence))
+    expected = np.where(world.free, percents, -1).tolist()
+    there = np.array(values[-1].value)[world.free]
+    return list(seen[views.TRUST_MAP][-1].data) == expected and (
+        f'white {there.min():.3g}, blue {there.max():.3g}'
+        in seen[views.VALUES][-1].markers[1].text)
+
+
+def test_a_viewer_that_hangs_stops_nobody(tmp_path):
+    with nodes(tmp_path, viewer=VIEWER, grid_world=SMALL) as watched:
+        wait_until(log_has(watched['viewer'], 'shows world'), 'viewer')
+        os.kill(watched['viewer'].pid, signal.SIGSTOP)
+        try:
+            with nodes(tmp_path, mentor=MENTOR, learner=LEARNER) as started:
+                assert digest_of(started['learner']) == trained(iterations=4)
+        finally:
+            os.kill(watched['viewer'].pid, signal.SIGCONT)
+
+
+@pytest.mark.parametrize('wrong, message', [
+    ('frame:=/map', "parameter frame must be the name of a frame without a slash in front, such "
+     "as map, got '/map'"),
+    ('cell_size:=0.0', 'parameter cell_size must lie in [0.001, 1000], got 0.0'),
+    ('map_rate:=1', 'parameter map_rate must be a double such as 1.0 (with a point), got 1')])
+def test_a_parameter_that_cannot_be_is_named(wrong, message):
+    done = run('viewer', '--ros-args', '-p', wrong)
+    assert (done.returncode, done.stderr) == (2, f'viewer: {message}\n')
+
+
+def test_rviz_shows_what_the_viewer_publishes_and_nothing_else():
+    content = yaml.safe_load((TOP / 'rviz' / 'teach.rviz').read_text())['Visualization Manager']
+    kinds = {'OccupancyGrid': 'Map', 'PoseStamped': 'Pose', 'Path': 'Path',
+             'MarkerArray': 'MarkerArray'}
+    expected = {f'/{view.name}': f'rviz_default_plugins/{kinds[view.message.__name__]}'
+                for view in views.VIEWS if view.message.__name__ in kinds}
+    shown = {each['Topic']['Value']: each['Class'] for each in content['Displays']}
+    assert shown == expected
+    assert content['Global Options']['Fixed Frame'] == 'map'
+    assert {each['Topic']['Durability Policy'] for each in content['Displays']} == {
+        'Transient Local'}
+
+
+def test_foxglove_shows_what_the_viewer_publishes_and_nothing_else():
+    content = json.loads((TOP / 'config' / 'teach.foxglove.json').read_text())
+    panels, shown = content['configById'], set()
+    for name, panel in panels.items():
+        shown |= set(panel['topics'] if name.startswith('3D!') else
+                     (each['value'].removesuffix('.data') for each in panel['paths']))
+    assert shown == {f'/{view.name}' for view in views.VIEWS}
+    assert set(re.findall(r"'(\w+!\w+)'", repr(content['layout']))) == set(panels)
+
+
+def test_the_launch_file_knows_what_rviz_shows():
+    tables = {each.targets[0].id: each.value for each in ast.parse(
+        (TOP / 'launch' / 'teach.launch.py').read_text()).body if isinstance(each, ast.Assign)}
+    assert {f'view/{each}' for each in ast.literal_eval(tables['SHOWN'])} == {
+        view.name for view in views.VIEWS if 'return' not in view.name}
