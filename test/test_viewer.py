@@ -11,9 +11,9 @@ import signal
 from nodes import log_has, nodes, run, wait_until
 import numpy as np
 import pytest
-from rclpy.node import Node
 import rclpy
-from test_nodes import digest_of, heard, LEARNER, MENTOR, node, SMALL, spin_until, trained
+from rclpy.node import Node
+from test_nodes import digest_of, heard, LEARNER, MENTOR, SMALL, spin_until, trained
 from visualization_msgs.msg import Marker
 import yaml
 
@@ -26,7 +26,15 @@ from comply_ros.session.mentors import mentor_policy, read_spec
 pytestmark = pytest.mark.usefixtures('domain')
 TOP = Path(__file__).parents[1]
 VIEWER = ('-p', 'map_rate:=20.0', '-p', 'robot_rate:=50.0', '-p', 'cell_size:=0.5')
-__all__ = ('node', 'Node', 'rclpy')
+
+
+@pytest.fixture
+def node():
+    """Return a node of the test's own."""
+    context = rclpy.Context()
+    rclpy.init(context=context)
+    yield Node('test', context=context)
+    rclpy.try_shutdown(context=context)
 
 
 def test_all_is_shown_and_the_digest_is_the_same(tmp_path, node):

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the viewer publishes: every topic with its message and QoS, and how messages are filled."""
 
+from dataclasses import dataclass
 from math import cos, sin
-from typing import NamedTuple
 
 from geometry_msgs.msg import Point, PoseStamped
 from nav_msgs.msg import OccupancyGrid, Path
@@ -18,7 +18,8 @@ SERIES = QoSProfile(depth=1000)
 ARROW_HEIGHT, TILE_HEIGHT = 0.02, 0.01  # cells above the map
 
 
-class View(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class View:
     """A topic of the viewer: its relative name, the message, its QoS."""
 
     name: str
