@@ -68,16 +68,16 @@ class Viewer(SturdyNode):
 
     def _listen(self):
         """Subscribe to all that is said."""
-        self.create_subscription(topics.STATE.message, topics.STATE.name, self._states.append,
-                                 OVERHEARD, raw=True)
-        self._returns = {topics.EPISODE: deque(maxlen=REPORTS),
-                         topics.PROGRESS: deque(maxlen=REPORTS)}
-        hears = {topics.WORLD: self._hear_world,
-                 **{topic: said.append for topic, said in self._returns.items()},
-                 **{topic: partial(self.scene.hear_map, topic.name) for topic in (
-                     topics.TRUST, topics.MENTOR_POLICY, topics.POLICY, topics.VALUES)}}
-        for topic, hear in hears.items():
-            self._hear_on(topic, hear)
+        self.create_subscription(
+            topics.STATE.message, topics.STATE.name,
+            lambda message: self._states.append(message), OVERHEARD, raw=True)
+        self._returns = {topic.name: deque(maxlen=REPORTS)
+                         for topic in (topics.EPISODE, topics.PROGRESS)}
+        self._hear_on(topics.WORLD, self._hear_world)
+        for topic in (topics.EPISODE, topics.PROGRESS):
+            self._hear_on(topic, self._returns[topic.name].append)
+        for topic in (topics.TRUST, topics.MENTOR_POLICY, topics.POLICY, topics.VALUES):
+            self._hear_on(topic, partial(self.scene.hear_map, topic.name))
         self._shown = set()
 
     def _hear_on(self, topic, hear):
@@ -139,8 +139,8 @@ class Viewer(SturdyNode):
 
     def _publish_returns(self, topic, view, field):
         """Publish each return of this run; of those that were latched, only the last."""
-        said = [each for each in self._returns[topic] if each.run == self.scene.run]
-        self._returns[topic].clear()
+        said = [each for each in self._returns[topic.name] if each.run == self.scene.run]
+        self._returns[topic.name].clear()
         for each in said if view in self._shown else said[-1:]:
             self._publish[view](Float64(data=getattr(each, field)))
             self._shown.add(view)
