@@ -39,12 +39,14 @@ def node():
 
 def test_all_is_shown_and_the_digest_is_the_same(tmp_path, node):
     seen = {view: heard(node, view) for view in views.VIEWS}
-    trust, values, episodes = (heard(node, topic) for topic in (
-        topics.TRUST, topics.VALUES, topics.EPISODE))
+    trust, values, episodes, progress = (heard(node, topic) for topic in (
+        topics.TRUST, topics.VALUES, topics.EPISODE, topics.PROGRESS))
     with nodes(tmp_path, viewer=VIEWER, grid_world=SMALL, mentor=MENTOR,
                learner=LEARNER) as started:
         assert digest_of(started['learner']) == trained(iterations=4)
-        spin_until(node, lambda: all(seen.values()) and len(seen[views.MEAN_RETURN]) == 4
+        spin_until(node, lambda: all(seen.values()) and len(progress) == 4 and len(episodes) >= 20
+                   and seen[views.MENTOR][-1].markers[0].colors
+                   and seen[views.MEAN_RETURN][-1].data == progress[-1].mean_return
                    and shows(seen, trust, values), 'views of the last maps')
     world = World(read_map('bar_grid', 'published'))
     grid, policy = world.grid, mentor_policy(read_spec('noisy:0.3'), world, 0)
