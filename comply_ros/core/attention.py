@@ -3,6 +3,7 @@
 
 from collections import OrderedDict
 
+from comply_ros.core.dialogue import Dropped, follows
 from comply_ros.core.problems import problem_of_run
 
 GONE = 5  # looks without a word after which one asks whether the world is still there
@@ -15,6 +16,7 @@ class Attention:
     """
     One world at a time, and the first: another only when this one is silent and that one asks.
 
+    The same world after a reset says itself which run it replaces, and is attended to at once.
     A world that was killed and comes back has a new run, if it keeps no state; a second world that
     was started by mistake has another run too. The first is silent, beside the second is not.
 
@@ -42,12 +44,17 @@ class Attention:
             return 'a world: is a grid_world running?'
         if self.silent < GONE:
             return None
-        return f'the next state of world {self.described.name!r}: is its grid_world running?'
+        return (f'the next state of world {self.described.name!r}: is its grid_world running, '
+                'and not paused?')
 
     def prefers(self, said):
         """Return whether another world is to be attended to from now on; else remember it."""
         here = self.described
-        if here is None or not self.committed and said.began < here.began:
+        if here is None or follows(said, here):
+            return True
+        if said.run == here.replaces:  # it came late
+            return False
+        if not self.committed and said.began < here.began:
             return True
         self._rivals[said.run] = said
         if len(self._rivals) > RIVALS:
@@ -68,6 +75,9 @@ class Attention:
 
         It is refused as soon as the world here goes on, or another takes its place.
         """
+        if self.described and said.run == self.described.replaces:
+            return (Dropped('before a reset', f'dropped {what} of run {said.run}, which ended '
+                            'with a reset of its world'),)
         if said.run in self._rivals:
             self._asked[said.run] = self._asked.get(said.run, 0) + 1
         before, self.held[hear] = self.held.get(hear), (said, what)

@@ -7,12 +7,17 @@ from typing import NamedTuple
 from comply_ros.core.grid import Grid
 
 ANYONE = 0  # number of no learner in particular
+NO_RUN = 0  # number of no run; runs have numbers from 1 upwards
 LONGEST_NAME = 255  # characters of the name of a world, as of a file
 REPORTS = 1000  # reports of episodes and iterations that are kept for who comes late
 
 
 class WorldDescription(NamedTuple):
-    """All that another node needs to rebuild the world; `rows` top row first."""
+    """
+    All that another node needs to rebuild the world; `rows` top row first.
+
+    replaces: the run that this one follows after a reset.
+    """
 
     run: int
     began: float
@@ -28,6 +33,7 @@ class WorldDescription(NamedTuple):
     step_limit: int
     slips_bump: bool
     sha256: str
+    replaces: int = NO_RUN
 
 
 class StateReward(NamedTuple):
@@ -126,6 +132,12 @@ class Notice(NamedTuple):
     """Something that a person at the terminal wants to know."""
 
     text: str
+
+
+def follows(said, before):
+    """Tell whether a `WorldDescription` is the world of `before` (or None) after a reset."""
+    return (before is not None and said.replaces == before.run != NO_RUN
+            and said.sha256 == before.sha256)
 
 
 def turn(said):

@@ -25,6 +25,10 @@ class Hearsay:
         self._run, self._newest = run, newest
         self._heard, self._asked, self._early = {}, {}, None
 
+    def forget(self):
+        """Forget all advice; which questions were asked is still known."""
+        self._heard.clear()
+
     def ask(self, said):
         """Remember a question; return advice that came before it, or None."""
         self._newest = turn(said)

@@ -2,10 +2,12 @@
 """The learner in the conversation: a state and a recommendation in, an action out."""
 
 from comply_ros.core.attendant import Attendant
+from comply_ros.core.changing import changed_method
 from comply_ros.core.dialogue import (
     Answered,
     ANYONE,
     Dropped,
+    follows,
     grid_of,
     Notice,
     Refused,
@@ -15,6 +17,7 @@ from comply_ros.core.dialogue import (
 )
 from comply_ros.core.grid import NO_ACTION
 from comply_ros.core.hearsay import Hearsay
+from comply_ros.core.method import FIELDS
 from comply_ros.core.problems import problem_of_state
 from comply_ros.core.respondent import Respondent
 from comply_ros.core.turns import Turns
@@ -38,12 +41,13 @@ class LearnerActor(Attendant):
     ----------
     world: the `World` that it attends to, None before.
     asked: the `StateReward` that waits for advice, or None.
+    changed: table of the settings that were changed while it ran, kept with its state.
 
     """
 
     def __init__(self, method, seed, remembers_advice=True, number=1):
         super().__init__()
-        self.method, self._remembers_advice = method, remembers_advice
+        self._remembers_advice, self.changed = remembers_advice, {}
         self.world, self.asked, self._turns, self._hearsay = None, None, Turns(), Hearsay()
         self._respondent = Respondent(method, seed, number)
 
@@ -51,6 +55,11 @@ class LearnerActor(Attendant):
         """Return what is to be said if the world is silent and another asks; once a second."""
         self._turns.look()
         return super().look()
+
+    @property
+    def method(self):
+        """The `Method`, as it is now."""
+        return self._respondent.method
 
     @property
     def memory(self):
@@ -152,6 +161,53 @@ class LearnerActor(Attendant):
             return self._respond(said.action)
         return ()
 
+    def reset(self):
+        """Forget all that was learned; return what is to be said. The run goes on."""
+        if self.world is None:
+            return ()
+        self._hearsay.forget()
+        self.begins = True
+        return (Notice('forgets all that it learned'), *self._respondent.forget(self.world))
+
+    def changed_method(self, changes):
+        """
+        Return the `Method` after changes, a table by name; those of no field are passed over.
+
+        Raises
+        ------
+        MethodError: if it cannot be changed so.
+
+        """
+        fields = {name: value for name, value in changes.items() if name in FIELDS}
+        return changed_method(self.method, fields,
+                              self.student.iterations_done if self.student else 0)
+
+    def change(self, changes):
+        """
+        Go on by other settings from the next decision on; return what is to be said.
+
+        changes: table by name, of fields of the method, `remembers_advice`, and what is only kept.
+
+        Raises
+        ------
+        MethodError: if it cannot be changed so; then nothing is.
+
+        """
+        method = self.changed_method(changes)
+        self._remembers_advice = changes.get('remembers_advice', self._remembers_advice)
+        self.changed.update(changes)
+        if self.student is None:
+            self._respondent.method = method
+            return ()
+        self.begins = True
+        words = ', '.join(f'{name} {value}' for name, value in changes.items())
+        return (Notice(f'goes on with {words}'), *self._respondent.change(self.world, method),
+                *self._answer_what_waits())
+
+    def _answer_what_waits(self):
+        """Return the `Action` in the state that waits, where no advice is needed any more."""
+        return () if self.method.needs_mentor() else self.go_without_advice()
+
     def go_without_advice(self):
         """Return the `Action` in the state that waits for advice, as if the mentor had none."""
         return self._respond(NO_ACTION) if self.asked else ()
@@ -160,6 +216,7 @@ class LearnerActor(Attendant):
         """Return all that it needs to go on later: facts that JSON can write, and arrays."""
         facts, arrays = self._respondent.state()
         described = self.described
+        facts['changed'] = self.changed
         facts['described'] = described._replace(rows=list(described.rows),
                                                 starts=list(described.starts))
         return facts, {**arrays, **self._hearsay.arrays()}
@@ -167,6 +224,7 @@ class LearnerActor(Attendant):
     def restore(self, facts, arrays, told):
         """Change into what a state was, then learn again what was told since, step by step."""
         described = WorldDescription(*facts['described'])
+        self.change(facts['changed'])
         self.attend(described, grid_of(described))
         self._respondent.restore(facts, arrays)
         last = self._respondent.last
@@ -199,7 +257,7 @@ class LearnerActor(Attendant):
 
     def attend(self, said, grid):
         """Change into one that learns in this world; return a `Notice`, and what came early."""
-        held = self._attention.attend(said)
+        is_reset, held = follows(said, self.described), self._attention.attend(said)
         self.asked, self._turns, self._hearsay = None, Turns(), Hearsay(said.run)
         self._respondent.forget_the_run()
         notice = f'goes on in world {said.name!r}, run {said.run}'
@@ -207,6 +265,8 @@ class LearnerActor(Attendant):
             self.world = World(grid)
             self._respondent.begin(self.world)
             notice = f'begins to learn world {said.name!r}, run {said.run}'
+        elif is_reset and self.turns <= 1:  # nothing was learned yet: as at a fresh start
+            self._respondent.forget(self.world)
         self.begins = True
         return (Notice(notice), *(answer for hear, message in held for answer in hear(message)))
 

@@ -7,6 +7,7 @@ from comply_ros.core.dialogue import (
     Action,
     ANYONE,
     Dropped,
+    follows,
     Notice,
     Recommendation,
     Refused,
@@ -68,11 +69,14 @@ class MentorActor(Attendant):
         kept: what `state` gave before, and what was told since: (facts, arrays, told), or None.
         """
         self.policy = policy.tolist()
-        self._advising = Advising(self.world, policy, self._budget, self._when)
+        self._advise_by(policy)
         self.begins = True
         if kept:
             self._restore(*kept)
         return self.hear_held()
+
+    def _advise_by(self, policy):
+        self._advising = Advising(self.world, policy, self._budget, self._when)
 
     def hear_held(self):
         """Return what is to be said about the state that came too early, if there is one."""
@@ -154,8 +158,9 @@ class MentorActor(Attendant):
 
     def _restore(self, facts, arrays, told):
         """Change into what a state was; then hear again what was told since."""
-        for name, array in arrays.items():
-            getattr(self._advising, name)[...] = array
+        if facts['run'] != self.described.replaces:
+            for name, array in arrays.items():
+                getattr(self._advising, name)[...] = array
         self._answer = tuple(Recommendation(*each) for each in facts['answer'])
         self._asked = facts['asked'] and StateReward(*facts['asked'])
         self._acted = facts['acted'] and tuple(facts['acted'])
@@ -181,10 +186,12 @@ class MentorActor(Attendant):
 
     def attend(self, said, grid):
         """Change into a mentor in this world; return a `Notice`, and what came early."""
-        held = self._attention.attend(said)
+        is_reset, held = follows(said, self.described), self._attention.attend(said)
         self._forget_the_run()
         if self.world is None or self.world.grid != grid:
             self.world, self.policy = World(grid), None
+        elif is_reset and self._advising:  # as at a fresh start, with its whole budget
+            self._advise_by(self._advising.policy)
         self.begins = self.policy is not None
         return (Notice(f'attends to world {said.name!r}, run {said.run}'),
                 *(answer for hear, message in held for answer in hear(message)))

@@ -128,12 +128,22 @@ def adversarial_policy(world):
 
 def noisy_policy(world, noise, generator):
     """`advice[s]`: optimal, but in a share `noise` of the states any action of the cell."""
-    spoiled = generator.random(len(world.free)) < noise
-    tickets = np.where(world.available, generator.random(world.available.shape), -np.inf)
-    anything = greedy(tickets, world.free)
+    spoiled, anything = _anything(world, noise, generator)
     if spoiled[world.free].all():  # the optimal policy would be planned for nothing
         return anything
     return np.where(spoiled, anything, optimal_policy(world)).astype(np.int8)
+
+
+def spoiled_policy(policy, world, noise, generator):
+    """`advice[s]` of a policy, but in a share `noise` of the states any action of the cell."""
+    return np.where(*_anything(world, noise, generator), policy).astype(np.int8)
+
+
+def _anything(world, noise, generator):
+    """Return `spoiled[s]`, a share of the states, and any action of the cell in each state."""
+    spoiled = generator.random(len(world.free)) < noise
+    tickets = np.where(world.available, generator.random(world.available.shape), -np.inf)
+    return spoiled, greedy(tickets, world.free)
 
 
 def snapshot_policy(world, level, seed, on_progress):

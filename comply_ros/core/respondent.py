@@ -22,6 +22,7 @@ class Respondent:
 
     Attributes
     ----------
+    method: as given, or as it was changed.
     number: as given, or as it was in a state that was restored.
     student: the `Student`, None before there is a world.
     last: the `StateReward` that was answered last, None before.
@@ -33,9 +34,9 @@ class Respondent:
     """
 
     def __init__(self, method, seed, number):
-        self.number, self._method = number, method
-        self._draws = Draws(streams(seed)[1], DRAWS)
+        self.number, self.method, self._seed = number, method, seed
         self.student, self.reports = None, deque(maxlen=REPORTS)
+        self._draw_anew()
         self.forget_the_run()
 
     def forget_the_run(self):
@@ -45,7 +46,38 @@ class Respondent:
 
     def begin(self, world):
         """Begin to learn another world."""
-        self.student = Student(world, self._method)
+        self.student = Student(world, self.method)
+
+    def _draw_anew(self):
+        self._draws = Draws(streams(self._seed)[1], DRAWS)
+
+    def forget(self, world):
+        """
+        Change into one that has learned nothing yet; return what is to be said.
+
+        It goes on in its run, but how it came to the question that is next is not known any more.
+        """
+        self._draw_anew()
+        self.begin(world)
+        self.reports.clear()
+        self._action, self._advice = NO_ACTION, NO_ACTION
+        return self._wake()
+
+    def change(self, world, method):
+        """Change into one that goes on by another method; return what is to be said."""
+        self.method = method
+        self.student.change(world, method)
+        return () if self.student.finished else self._wake()
+
+    def _wake(self):
+        """Return the `Action` that lets the next episode begin, if this one was at rest."""
+        if self.last is None or self.answer:
+            return ()
+        self.answer = self._at_the_end(self.last)
+        return (self.answer,)
+
+    def _at_the_end(self, asked):
+        return Action(*asked[:3], NO_ACTION, False, 0.0, self.number)
 
     @property
     def turns(self):
@@ -81,7 +113,8 @@ class Respondent:
         """Change the memory by the step that led here, if it is known where it began."""
         if asked.step == 0:
             self.student.begin_episode()
-        elif self.last is None or turn(self.last) != (asked.episode, asked.step - 1):
+        elif (self.last is None or self._action == NO_ACTION
+              or turn(self.last) != (asked.episode, asked.step - 1)):
             self.student.lose_track()
         else:
             self.student.learn(self.last.state, self._action, asked.reward, asked.state, a,
@@ -89,7 +122,7 @@ class Respondent:
 
     def _end_episode(self, asked):
         """Return the `Action` that lets the next episode begin, and the `Progress` if any."""
-        self.answer = Action(*asked[:3], NO_ACTION, False, 0.0, self.number)
+        self.answer = self._at_the_end(asked)
         if not asked.terminated:
             self.advised = self.answer
         progress = self.student.end_episode()

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a learner does in one world, step by step, whoever brings the messages."""
 
+from comply_ros.core.changing import changed_memory
 from comply_ros.core.compliance import heed
 from comply_ros.core.dialogue import Progress
 from comply_ros.core.grid import NO_ACTION
@@ -32,11 +33,19 @@ class Student:
     """
 
     def __init__(self, world, method):
-        self.memory, self._method = Memory.fresh(world, method), method
-        self._numbers, self._views = method.numbers(), self.memory.views()
+        self._use(Memory.fresh(world, method), method)
         self.iterations_done, self.steps, self.finished = 0, 0, False
         self._begin_iteration()
         self.lose_track()
+
+    def change(self, world, method):
+        """Change into one that goes on by another method; one that rests may have more to do."""
+        self.finished &= method.iterations == self._method.iterations
+        self._use(changed_memory(self.memory, world, self._method, method), method)
+
+    def _use(self, memory, method):
+        self.memory, self._method = memory, method
+        self._numbers, self._views = method.numbers(), memory.views()
 
     def lose_track(self):
         """Change the memory by the end of what led here; the episode does not count."""

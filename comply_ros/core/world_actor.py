@@ -10,6 +10,8 @@ from comply_ros.core.dialogue import (
     Dropped,
     Episode,
     grid_of,
+    NO_RUN,
+    Notice,
     Refused,
     REPORTS,
     StateReward,
@@ -17,6 +19,7 @@ from comply_ros.core.dialogue import (
 )
 from comply_ros.core.draws import Draws, streams
 from comply_ros.core.grid import NO_ACTION
+from comply_ros.core.pacing import Pacing
 from comply_ros.core.problems import problem_of_confidence, problem_of_run
 from comply_ros.core.world import first_state, taken_action, World
 
@@ -49,6 +52,7 @@ class WorldActor:
     begins: True when its state does not follow from what it was told, and is to be kept whole.
     aside: whether another world has these topics.
     reports: the last `Episode` said.
+    pacing: the `Pacing` of its questions.
 
     """
 
@@ -62,7 +66,7 @@ class WorldActor:
         self._starts, self._terminal = grid.starts, self._world.terminal.tolist()
         self.description = describe(grid, name, run, began)
         self.told, self.begins, self.aside, self.signs = [], True, False, 0
-        self.reports = deque(maxlen=REPORTS)
+        self.reports, self.pacing = deque(maxlen=REPORTS), Pacing()
         self._total, self._learner, self._others = 0.0, ANYONE, Counter()
         self._signs = 0  # until the question that is open now
         self.question = self._begin(episode=1)
@@ -76,7 +80,9 @@ class WorldActor:
         """Do nothing about a gap in what was heard: its question is open until it is answered."""
 
     def waits_for(self):
-        """Text of what this world needs before it can go on."""
+        """Text of what this world needs before it can go on; None where it only paces itself."""
+        if self.pacing.paused or self.pacing.held:
+            return None
         why = ('its learner is there, and waits itself' if self.signs > self._signs
                else 'is a learner running, or has it finished?')
         return f'an action in episode {self.question.episode}, step {self.question.step}: {why}'
@@ -93,7 +99,7 @@ class WorldActor:
 
         """
         mine = self.description
-        if said.run == mine.run or self.aside:
+        if said.run in (mine.run, mine.replaces) or self.aside:
             return ()
         times = self._others[said.run] + 1
         if times > REMARKS or len(self._others) >= OTHERS and times == 1:
@@ -132,10 +138,22 @@ class WorldActor:
             return (problem,)
         self._learner, self._signs = said.learner, self.signs
         self.told.append(said)
-        if asked.terminated or asked.truncated:
-            self.question = self._begin(asked.episode + 1)
-            return (self.question,)
-        return self._move(said.action)
+        return self.pacing.admit(self._go_on(said.action))
+
+    def reset(self, run, began):
+        """
+        Begin a new run, as at a fresh start; return what is to be said. A pause goes on.
+
+        run: its number. began: now, in seconds since 1970.
+        """
+        before = self.description.run
+        self.description = self.description._replace(run=run, began=began, replaces=before)
+        self._draws = Draws(streams(self._seed)[0], 1)
+        self.reports.clear()
+        self._learner, self._others, self._signs = ANYONE, Counter(), self.signs
+        self.question, self.begins = self._begin(episode=1), True
+        return (Notice(f'begins anew: run {run} takes the place of run {before}'),
+                self.description, *self.pacing.restart((self.question,)))
 
     def ask_again(self, silence):
         """
@@ -154,12 +172,14 @@ class WorldActor:
     def state(self):
         """Return all that it needs to go on later: facts that JSON can write, and no arrays."""
         return {'run': self.description.run, 'began': self.description.began,
+                'replaces': self.description.replaces,
                 'draws': self._draws.used, 'question': self.question, 'total': self._total,
                 'learner': self._learner, 'reports': list(self.reports)}, {}
 
     def restore(self, facts, arrays, told):
         """Change into what a state was, then move again by what was told since."""
-        self.description = self.description._replace(run=facts['run'], began=facts['began'])
+        self.description = self.description._replace(
+            **{name: facts[name] for name in ('run', 'began', 'replaces')})
         self._draws = Draws(streams(self._seed)[0], 1)
         self._draws.skip_to(facts['draws'])
         self.question, self._total = StateReward(*facts['question']), facts['total']
@@ -176,7 +196,10 @@ class WorldActor:
         return (self.description, *self.reports, self.question)
 
     def _problem_of_speaker(self, said):
-        """`Refused` for an action of another run or of another learner, or None."""
+        """`Refused`, or `Dropped`, for an action of another run or another learner, or None."""
+        if said.run == self.description.replaces != NO_RUN:
+            return Dropped('before a reset', f'dropped an action of run {said.run}, which ended '
+                           'with a reset')
         if said.run != self.question.run:
             return problem_of_run(said, self.question.run, 'an action')
         if said.learner != self._learner != ANYONE:
@@ -197,6 +220,14 @@ class WorldActor:
             return Refused('action not available', 'an action must be one that the cell has, '
                            f'got {said.action} in state {asked.state}')
         return problem_of_confidence(said)
+
+    def _go_on(self, action):
+        """Change into the state after an answer; return what is to be said about it."""
+        asked = self.question
+        if asked.terminated or asked.truncated:
+            self.question = self._begin(asked.episode + 1)
+            return (self.question,)
+        return self._move(action)
 
     def _begin(self, episode):
         self._total = 0.0

@@ -5,16 +5,24 @@ from pathlib import Path
 import secrets
 import time
 
-from rcl_interfaces.msg import SetParametersResult
+from std_srvs.srv import SetBool, Trigger
 
-from comply_ros.core.dialogue import Action, Dropped, Refused, turn
+from comply_ros.core.dialogue import Action, turn
 from comply_ros.core.grid import MapError
 from comply_ros.core.problems import problem_of_description
 from comply_ros.core.world_actor import WorldActor
 from comply_ros.nodes.actor_node import ActorNode, map_words
-from comply_ros.nodes.parameters import MAP, ParameterError, PROFILE, RATE, SEED, SLOWEST
+from comply_ros.nodes.parameters import (
+    MAP,
+    ParameterError,
+    PROFILE,
+    RATE,
+    SEED,
+    sets,
+    SLOWEST,
+)
 from comply_ros.nodes.running import run_node
-from comply_ros.nodes.topics import ACTION, EPISODE, STATE, WORLD
+from comply_ros.nodes.topics import ACTION, EPISODE, PAUSE, RESET, STATE, STEP, WORLD
 from comply_ros.session.keeping import StateError
 from comply_ros.session.maps import read_map
 
@@ -28,7 +36,7 @@ class GridWorld(ActorNode):
         super().__init__('grid_world', **kwargs)
         name, profile, seed = (self.declare(each) for each in (MAP, PROFILE, SEED))
         grid = read_map(name, profile)
-        self.actor = WorldActor(grid, Path(name).stem, secrets.randbits(32), seed, time.time())
+        self.actor = WorldActor(grid, Path(name).stem, new_run(), seed, time.time())
         kept = self.store.recall({'map': map_words(Path(name).stem, grid.sha256), 'seed': seed},
                                  (Action,))
         if kept:
@@ -36,16 +44,18 @@ class GridWorld(ActorNode):
             self.get_logger().info(f'goes on at turn {turn(self.actor.question)}')
         for topic in (WORLD, STATE, EPISODE):
             self.speaks_on(topic)
-        self.listens_to(ACTION, self.hear_action)
+        self.listens_to(ACTION, self.actor.hear_action)
         self.listens_to(WORLD, self.hear_world, also_paused=True)
-        self._held, self._timer = (), None
-        self._open, self._signs, self._since = None, 0, 0.0
+        for kind, service, reply in (SetBool, PAUSE, self.pause), (Trigger, STEP, self.step), \
+                (Trigger, RESET, self.reset):
+            self.serves(kind, service, reply)
+        self._timer, self._open, self._signs, self._since = None, None, 0, 0.0
         self._wait, self._next = FIRST_PAUSE, 0.0
         self.create_timer(FIRST_PAUSE, self._repeat)
-        check_rate(self.declare(RATE))
-        self.add_on_set_parameters_callback(self._check_pace)
-        self.add_post_set_parameters_callback(self._pace)
-        self._pace([self.get_parameter('rate')])
+        rate = self.declare(RATE)
+        check_rate(rate)
+        sets(self, self._pace, check=lambda values: check_rate(values.get('rate', rate)))
+        self._pace({'rate': rate})
         self.answer(self.actor.recall())
 
     def hear_world(self, said):
@@ -59,37 +69,44 @@ class GridWorld(ActorNode):
         """Return nothing: this node leads, and repeats its question on a clock of its own."""
         return ()
 
-    def hear_action(self, said):
-        """Return what follows from an action: at once, or on the next tick of the rate."""
-        utterances = self.actor.hear_action(said)
-        if self._timer is None or not utterances or type(utterances[0]) in (Refused, Dropped):
-            return utterances
-        self._held = utterances
-        return ()
+    def pause(self, request, response):
+        """Answer the service: ask nothing any more, or go on."""
+        self.answer(self.actor.pacing.pause(request.data))
+        response.success, response.message = True, self.words()
+        return response
 
-    def _check_pace(self, parameters):
-        try:
-            for parameter in parameters:
-                if parameter.name == 'rate':
-                    check_rate(parameter.value)
-        except ParameterError as error:
-            return SetParametersResult(successful=False, reason=str(error))
-        return SetParametersResult(successful=True)
+    def step(self, request, response):
+        """Answer the service: let one question be asked and answered, while paused."""
+        if not self.actor.pacing.paused:
+            response.message = f'a step must be from a pause, and this world {self.words()}'
+            return response
+        self.answer(self.actor.pacing.step())
+        response.success, response.message = True, 'one question'
+        return response
 
-    def _pace(self, parameters):
-        for parameter in parameters:
-            if parameter.name == 'rate':
-                if self._timer:
-                    self.destroy_timer(self._timer)
-                rate = parameter.value
-                self._timer = self.create_timer(1.0 / rate, self._say_held) if rate else None
-                if not rate:
-                    self._say_held()
+    def reset(self, request, response):
+        """Answer the service: begin a new run."""
+        self.answer(self.actor.reset(new_run(), time.time()))
+        response.success, response.message = True, f'run {self.actor.description.run}'
+        return response
+
+    def words(self):
+        """How it is while all is well."""
+        return 'is paused' if self.actor.pacing.paused else 'runs'
+
+    def _pace(self, values):
+        if 'rate' not in values:
+            return
+        rate = values['rate']
+        if self._timer:
+            self.destroy_timer(self._timer)
+        self._timer = self.create_timer(1.0 / rate, self._tick) if rate else None
+        self.answer(self.actor.pacing.pace(bool(rate)))
 
     def _repeat(self):
         """Ask again what was not answered, with growing pauses; who has heard it drops it."""
         now, opened, signs = time.monotonic(), turn(self.actor.question), self.actor.signs
-        if opened != self._open or self._held or self.paused:
+        if opened != self._open or self.actor.pacing.held or self.paused:
             self._since, self._wait, self._next = now, FIRST_PAUSE, now + FIRST_PAUSE
         elif signs != self._signs:  # puts nothing off: old actions without end are no answer
             self._since, self._wait = now, FIRST_PAUSE
@@ -102,9 +119,13 @@ class GridWorld(ActorNode):
             self._wait = FIRST_PAUSE if released else min(2.0 * self._wait, LONGEST_PAUSE)
             self._next = now + self._wait
 
-    def _say_held(self):
-        held, self._held = self._held, ()
-        self.answer(held)
+    def _tick(self):
+        self.answer(self.actor.pacing.tick())
+
+
+def new_run():
+    """Return a number that no other run has, but by chance."""
+    return 1 + secrets.randbelow(2 ** 32 - 1)
 
 
 def check_rate(rate):

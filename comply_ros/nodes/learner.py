@@ -7,17 +7,20 @@ import secrets
 import time
 
 from comply_msgs.srv import Save
+from rclpy.parameter import Parameter as RosParameter
+from std_srvs.srv import Trigger
 
 from comply_ros.core.compliance import confidences
 from comply_ros.core.dialogue import Answered, Dropped, Progress, Recommendation
 from comply_ros.core.learner_actor import LearnerActor
-from comply_ros.core.method import MethodError
+from comply_ros.core.method import FIELDS, MethodError
 from comply_ros.core.methods import find_method
 from comply_ros.core.planning import greedy, state_values
 from comply_ros.core.problems import problem_of_description
 from comply_ros.nodes.actor_node import ActorNode
 from comply_ros.nodes.parameters import (
     ADVICE_TIMEOUT,
+    check_in_range,
     field_parameters,
     MAP_PERIOD,
     METHOD,
@@ -25,6 +28,7 @@ from comply_ros.nodes.parameters import (
     PROFILE,
     REMEMBERS_ADVICE,
     SEED,
+    sets,
 )
 from comply_ros.nodes.running import run_node
 from comply_ros.nodes.topics import (
@@ -34,6 +38,7 @@ from comply_ros.nodes.topics import (
     Policy,
     PROGRESS,
     RECOMMENDATION,
+    RESET,
     SAVE,
     STATE,
     TRUST,
@@ -44,6 +49,8 @@ from comply_ros.nodes.topics import (
 )
 from comply_ros.session.keeping import StateError
 from comply_ros.session.results import save_learning
+
+CHANGES = {*FIELDS, REMEMBERS_ADVICE.name, ADVICE_TIMEOUT.name}  # while it runs
 
 
 class Learner(ActorNode):
@@ -57,6 +64,8 @@ class Learner(ActorNode):
         method, remembers = replace(row, **fields), self.declare(REMEMBERS_ADVICE)
         self.actor = LearnerActor(method, seed, remembers, 1 + secrets.randbelow(2 ** 32 - 1))
         self._map_period, self._map_time = self.declare(MAP_PERIOD), float('-inf')
+        self._timeout = self.declare(ADVICE_TIMEOUT)
+        self._asked, self._since, self._hears_mentor, self._timer = None, 0.0, False, None
         self._restore({'method': name, **asdict(method), 'seed': seed,
                        'remembers_advice': remembers})
         for topic in (ACTION, PROGRESS, TRUST, POLICY, VALUES):
@@ -64,12 +73,9 @@ class Learner(ActorNode):
         self.serves(Save, SAVE, self.save)
         self.listens_to(WORLD, self.hear_world)
         self.listens_to(STATE, self.hear_state)
-        self._asked, self._since = None, 0.0
-        self._timeout = self.declare(ADVICE_TIMEOUT)
-        if method.needs_mentor():
-            self.listens_to(RECOMMENDATION, self.hear_recommendation)
-        if method.needs_mentor() and self._timeout:
-            self.create_timer(min(0.1, self._timeout / 5.0), self._stop_waiting)
+        self._listen_to_mentor()
+        sets(self, self._change, self._check_changes)
+        self.serves(Trigger, RESET, self.reset)
         self._say_what_was_kept()
 
     def hear_world(self, said):
@@ -90,6 +96,12 @@ class Learner(ActorNode):
     def hear_recommendation(self, said):
         """Return the action in the state that waited for this advice."""
         return self._with_maps(self.actor.hear_recommendation(said))
+
+    def reset(self, request, response):
+        """Answer the service: forget all that was learned."""
+        self.answer(self._with_new_maps(self.actor.reset()))
+        response.success, response.message = True, 'nothing is learned'
+        return response
 
     def save(self, request, response):
         """Answer the service: write what was learned, return its digest."""
@@ -135,6 +147,9 @@ class Learner(ActorNode):
         kept = self.store.recall(identity, (Answered, Recommendation))
         if kept:
             self.actor.restore(*kept)
+            self.set_parameters([RosParameter(name, value=value)
+                                 for name, value in self.actor.changed.items()])
+            self._timeout = self.get_parameter(ADVICE_TIMEOUT.name).value
             self.get_logger().info(
                 f'goes on after {self.actor.student.steps} steps ({len(kept[2])} records read '
                 'again from its journal)')
@@ -147,6 +162,37 @@ class Learner(ActorNode):
         self.say(self._maps(self.actor.described.run))
         if self.actor.finished:
             self._tell_finished()
+
+    def _listen_to_mentor(self):
+        """Hear the mentor, and wait for it only so long, if it is needed; both can change."""
+        if self.actor.method.needs_mentor() and not self._hears_mentor:
+            self._hears_mentor = True
+            self.listens_to(RECOMMENDATION, self.hear_recommendation)
+        if self._timer:
+            self.destroy_timer(self._timer)
+        self._timer = self.create_timer(min(0.1, self._timeout / 5.0), self._stop_waiting) \
+            if self._timeout else None
+
+    def _check_changes(self, values):
+        """Return if parameters may be changed so; raises ValueError."""
+        check_in_range(ADVICE_TIMEOUT, values.get(ADVICE_TIMEOUT.name, 0.0))
+        changes = {name: value for name, value in values.items() if name in CHANGES}
+        self.actor.changed_method(changes)
+        if changes and self.store.trouble:
+            raise ParameterError(f'a change must be kept before it counts, and this node '
+                                 f'{self.store.trouble}')
+
+    def _change(self, values):
+        """Go on by other settings, kept before they count."""
+        changes = {name: value for name, value in values.items() if name in CHANGES}
+        if changes:
+            self._timeout = changes.get(ADVICE_TIMEOUT.name, self._timeout)
+            self.answer(self._with_new_maps(self.actor.change(changes)))
+            self._listen_to_mentor()
+
+    def _with_new_maps(self, utterances):
+        """Return the utterances, with maps if there is something to say."""
+        return (*utterances, *self._maps(self.actor.described.run)) if utterances else ()
 
     def _in_its_world(self, utterances):
         """Return the utterances; where a state is kept of another world, none, and end."""

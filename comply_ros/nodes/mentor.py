@@ -49,7 +49,7 @@ class Mentor(ActorNode):
         self._generated, self._poll, self._mapped = None, None, None
         for topic in (RECOMMENDATION, MENTOR_POLICY):
             self.speaks_on(topic)
-        self.serves(Recommend, RECOMMEND, self.recommend)
+        self.serves(Recommend, RECOMMEND, recommends(self.actor))
         self.listens_to(WORLD, self.hear_world)
         self.listens_to(STATE, self.actor.hear_state)
         if self.actor.watches:
@@ -65,14 +65,6 @@ class Mentor(ActorNode):
     def look(self):
         """Return what is to be said if another world is attended to now."""
         return self._with_map(super().look())
-
-    def recommend(self, request, response):
-        """Answer the service: the action for a state, or why there is none."""
-        try:
-            response.action, response.success = self.actor.advice(request.state), True
-        except ValueError as error:
-            response.action, response.success, response.message = NO_ACTION, False, str(error)
-        return response
 
     def _with_map(self, utterances):
         """Return the utterances, with the map of all advice if there is a new run."""
@@ -123,8 +115,24 @@ class Mentor(ActorNode):
             'policy': hashlib.sha256(policy.tobytes()).hexdigest()}, (StateReward, Action))
 
     def _map_of_advice(self):
-        world = self.actor.described
-        return Policy(world.run, world.width, world.height, self.actor.policy)
+        return map_of_advice(self.actor)
+
+
+def recommends(actor):
+    """Return the reply to the service: the action for a state, or why there is none."""
+    def reply(request, response):
+        try:
+            response.action, response.success = actor.advice(request.state), True
+        except ValueError as error:
+            response.action, response.success, response.message = NO_ACTION, False, str(error)
+        return response
+    return reply
+
+
+def map_of_advice(actor):
+    """Return the `Policy` of an actor that has one, to be said."""
+    world = actor.described
+    return Policy(world.run, world.width, world.height, actor.policy)
 
 
 def in_background(function, *arguments):

@@ -41,7 +41,7 @@ class Parameter(NamedTuple):
 def field_parameters(method):
     """Parameters of the learner for every field of `Method`, with that row's values."""
     return [Parameter(name, getattr(method, name), row.metadata['text'], row.metadata['low'],
-                      row.metadata['high'], row.metadata.get('choices'))
+                      row.metadata['high'], row.metadata.get('choices'), changes=True)
             for name, row in FIELDS.items()]
 
 
@@ -72,10 +72,13 @@ MAP_PERIOD = Parameter(
     'map_period', 1.0, 'Least time between two maps over all states, in seconds', 0, 3600)
 REMEMBERS_ADVICE = Parameter(
     'remembers_advice', True, 'In a state in which the mentor has spoken before, act at once on '
-    'what it said then; what it says now counts from the next visit on')
+    'what it said then; what it says now counts from the next visit on', changes=True)
 ADVICE_TIMEOUT = Parameter(
     'advice_timeout', 0.0, 'Seconds of silence, in each state, after which the mentor counts as '
-    'having no advice there; 0: it is waited for', 0, 3600)
+    'having no advice there; 0: it is waited for', 0, 3600, changes=True)
+PATIENCE = Parameter(
+    'patience', 1.0, 'While a person steers: seconds that a question waits for the person, before '
+    'the answer is no advice', 0.05, 3600, changes=True)
 STATE_DIR = Parameter(
     'state_dir', '', 'Folder in which the node keeps what it needs to go on after a kill as if '
     'nothing had happened; empty: nothing is kept')
@@ -97,8 +100,8 @@ TRAIL_LENGTH = Parameter(
 FAULTS = tuple(Parameter(each.name, each.default, **each.metadata) for each in fields(Faults))
 
 OURS = (MAP, PROFILE, SEED, RATE, METHOD, MENTOR, BUDGET, ADVISING, MAP_PERIOD,
-        REMEMBERS_ADVICE, ADVICE_TIMEOUT, STATE_DIR, TOPICS, KEPT, FRAME, CELL_SIZE,
-        ROBOT_RATE, MAP_RATE, TRAIL_LENGTH, *FAULTS)
+        REMEMBERS_ADVICE, ADVICE_TIMEOUT, PATIENCE, STATE_DIR, TOPICS, KEPT, FRAME,
+        CELL_SIZE, ROBOT_RATE, MAP_RATE, TRAIL_LENGTH, *FAULTS)
 ROS = {'use_sim_time', 'start_type_description_service'}
 
 
@@ -155,6 +158,39 @@ def declare(node, parameter):
         raise ParameterError(f'parameter {parameter.name} must be one of '
                              f'{", ".join(parameter.choices)}, got {value!r}')
     return value
+
+
+def sets(node, change, check):
+    """
+    Have parameters of a node change while it runs.
+
+    change: called with a table of the new values by name, when they are set.
+    check: called with such a table before; raises ValueError, with a sentence, to refuse it.
+
+    """
+    def refuse(parameters):
+        try:
+            check({each.name: each.value for each in parameters})
+        except ValueError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+    node.add_on_set_parameters_callback(refuse)
+    node.add_post_set_parameters_callback(
+        lambda parameters: change({each.name: each.value for each in parameters}))
+
+
+def check_in_range(parameter, value):
+    """
+    Return if a parameter may have a value of its type.
+
+    Raises
+    ------
+    ParameterError: if it lies outside of its range, as nan does.
+
+    """
+    if not parameter.low <= value <= parameter.high:
+        raise ParameterError(f'parameter {parameter.name} must lie in [{parameter.low}, '
+                             f'{parameter.high}], got {value}')
 
 
 def descriptor(parameter):

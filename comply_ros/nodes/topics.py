@@ -65,6 +65,8 @@ MENTOR_POLICY = Topic('mentor_policy', msg.Policy, Policy, LATCHED)
 
 RECOMMEND = 'recommend'  # service of the mentor
 SAVE = 'save'  # service of the learner
+PAUSE, STEP = '~/pause', '~/step'  # services of the world
+RESET = '~/reset'  # service of the world, and of the learner
 ANOTHER = 'another learner is meant'  # what it says to who means another
 
 

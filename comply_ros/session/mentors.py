@@ -3,6 +3,7 @@
 
 import hashlib
 import os
+from pathlib import Path
 import tempfile
 
 from comply_ros.core import mentors
@@ -10,6 +11,7 @@ from comply_ros.core.compiled import cache_folder, fingerprint
 from comply_ros.core.mentors import MentorError, parse_spec
 from comply_ros.core.policy import format_policy, parse_policy, PolicyError
 from comply_ros.session.reading import read_text, UnreadableError
+from comply_ros.session.results import aside
 
 
 def read_spec(text):
@@ -29,6 +31,50 @@ def read_spec(text):
     except UnreadableError as error:
         raise MentorError(f'a policy file must be readable, got {spec.value!r} '
                           f'({error})') from None
+
+
+def read_policy(path, world):
+    """
+    `policy[s]`, int8, of a policy file; -1 for no advice.
+
+    Raises
+    ------
+    PolicyError: if it cannot be read, or does not fit the world.
+
+    """
+    try:
+        return parse_policy(read_text(path), world)
+    except UnreadableError as error:
+        raise PolicyError(f'a policy file must be readable, got {str(path)!r} '
+                          f'({error})') from None
+
+
+def write_policy(path, policy, world):
+    """
+    Write a policy file aside, then rename it.
+
+    Raises
+    ------
+    PolicyError: if it cannot be written; what was there stays.
+
+    """
+    try:
+        place = Path(path).expanduser()
+        if place.exists() and not place.is_file():
+            raise PolicyError(f'a policy must be written to a file, got {str(path)!r}')
+        with aside(place) as part:
+            part.write_text(format_policy(policy, world))
+        return
+    except OSError as error:
+        reason = error.strerror.lower()
+    except RuntimeError:  # ~USER/
+        reason = 'no such user'
+    except PolicyError:
+        raise
+    except ValueError:  # a NUL, or half of a character
+        reason = 'no file can have this name'
+    raise PolicyError(f'a policy file must be one that can be written, got {str(path)!r} '
+                      f'({reason})')
 
 
 def is_slow(spec, world, seed):

@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A node of a test that calls services, sets parameters and hears how others are."""
+
+from contextlib import contextmanager
+import time
+
+from diagnostic_msgs.msg import DiagnosticArray
+from nodes import DEADLINE
+import rclpy
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.parameter_client import AsyncParameterClient
+from std_srvs.srv import SetBool, Trigger
+
+from comply_ros.nodes.topics import decoder
+
+
+class Caller(Node):
+    """
+    Calls, and waits for what comes back.
+
+    Attributes
+    ----------
+    words: what each node says of itself, by name.
+    heard: what was said, by topic name.
+
+    """
+
+    def __init__(self, context):
+        super().__init__('caller', context=context)
+        self.words, self.heard = {}, {}
+        self.executor_ = rclpy.executors.SingleThreadedExecutor(context=context)
+        self.executor_.add_node(self)
+        self.create_subscription(DiagnosticArray, '/diagnostics', self._hear_health, 10)
+
+    def listen(self, *topics):
+        """Keep what is said on topics from now on."""
+        for topic in topics:
+            heard, decode = self.heard.setdefault(topic.name, []), decoder(topic)
+            self.create_subscription(
+                topic.message, topic.name,
+                lambda message, heard=heard, decode=decode: heard.append(decode(message)),
+                topic.qos)
+
+    def until(self, condition, what, deadline=DEADLINE):
+        """Spin until the condition is true; return what it returned; fail after the deadline."""
+        end = time.monotonic() + deadline
+        while time.monotonic() < end:
+            value = condition()
+            if value:
+                return value
+            self.executor_.spin_once(timeout_sec=0.02)
+        raise AssertionError(f'no {what} within {deadline} s')
+
+    def call(self, kind, name, **request):
+        """Return the response of a service."""
+        client = self.create_client(kind, name)
+        self.until(client.service_is_ready, name)
+        future = client.call_async(kind.Request(**request))
+        self.until(future.done, f'answer of {name}')
+        self.destroy_client(client)
+        return future.result()
+
+    def pause(self, wanted=True):
+        """Pause the world, or let it go on."""
+        return self.call(SetBool, 'grid_world/pause', data=wanted)
+
+    def trigger(self, name):
+        """Return the response of a service without arguments."""
+        return self.call(Trigger, name)
+
+    def set(self, node, **values):
+        """Return the reason why parameters of a node could not be set; empty where they are."""
+        client = AsyncParameterClient(self, node)
+        self.until(client.services_are_ready, f'parameters of {node}')
+        future = client.set_parameters([Parameter(name, value=value)
+                                        for name, value in values.items()])
+        self.until(future.done, 'answer')
+        return '; '.join(each.reason for each in future.result().results if not each.successful)
+
+    def get(self, node, name):
+        """Return the value of a parameter of a node."""
+        client = AsyncParameterClient(self, node)
+        self.until(client.services_are_ready, f'parameters of {node}')
+        future = client.get_parameters([name])
+        self.until(future.done, 'answer')
+        return rclpy.parameter.parameter_value_to_python(future.result().values[0])
+
+    def _hear_health(self, message):
+        for status in message.status:
+            self.words[status.name] = status.message
+
+
+@contextmanager
+def caller():
+    """Give a `Caller` in a context of its own."""
+    context = rclpy.Context()
+    rclpy.init(context=context)
+    try:
+        yield Caller(context)
+    finally:
+        rclpy.try_shutdown(context=context)
