@@ -6,7 +6,7 @@ from glob import glob
 from setuptools import find_packages, setup
 
 EXECUTABLES = ('grid_world', 'mentor', 'learner', 'fault_injector', 'viewer', 'lesson', 'train',
-               'reproduce', 'sweep', 'topic')
+               'reproduce', 'sweep', 'topic', 'record', 'replay', 'plot')
 
 setup(
     name='comply_ros',

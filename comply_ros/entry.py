@@ -44,6 +44,21 @@ def lesson():
     return _start('nodes.lesson', interrupted=130)
 
 
+def record():
+    """Run the node that writes the conversation to a bag."""
+    return _start('nodes.record', interrupted=0)
+
+
+def replay():
+    """Prove that a fresh learner would have said what is in a bag."""
+    return _start('bags.replay', interrupted=130)
+
+
+def plot():
+    """Draw what is in a bag."""
+    return _start('bags.plot', interrupted=130)
+
+
 def topic():
     """Look at topics where there is no `ros2 topic`."""
     return _start('nodes.topic', interrupted=0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The house: nodes -> session -> core <- session <- experiments, and no arrow runs back."""
+"""The house: nodes -> bags -> session -> core <- session <- experiments, no arrow back."""
 
 import ast
 from pathlib import Path
@@ -20,7 +20,10 @@ MAY_IMPORT = {
                 'matplotlib', 'rich', 'yaml'},
     'experiments': {'comply_ros.core', 'comply_ros.session', 'comply_ros.experiments', 'numpy',
                     'yaml', 'distributed', 'matplotlib'},
-    'nodes': {'comply_ros.core', 'comply_ros.session', 'comply_ros.nodes', 'numpy', 'yaml'} | ROS,
+    'bags': {'comply_ros.core', 'comply_ros.session', 'comply_ros.bags', 'numpy', 'yaml',
+             'rosbags', 'lz4', 'backports', 'compression'},
+    'nodes': {'comply_ros.core', 'comply_ros.session', 'comply_ros.nodes', 'comply_ros.bags',
+              'numpy', 'yaml', 'ament_index_python'} | ROS,
     'benchmarks': {'comply_ros', 'comply_ros.__version__', 'comply_ros.core',
                    'comply_ros.session', 'comply_ros.nodes', 'comply_ros.benchmarks', 'numpy',
                    'yaml', 'rich', 'gymnasium', 'mushroom_rl'}

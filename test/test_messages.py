@@ -21,9 +21,11 @@ SAID = {
     'Action': dialogue.Action(1, 2, 3, -1, False, 0.1 + 0.2),
     'Episode': dialogue.Episode(1, 2, 320, -31.9, False, True),
     'Progress': dialogue.Progress(1, 2, 400, 15, 2 ** 40, -3.5, 0.25, 0.03, True),
-    'Trust': topics.Trust(1, 2, 1, [0.5, 0.25]),
-    'Values': topics.Values(1, 2, 1, [0.1 + 0.2, -3.5]),
-    'Policy': topics.Policy(1, 2, 1, [-1, 3]),
+    'Trust': dialogue.Trust(1, 2, 1, [0.5, 0.25]),
+    'Values': dialogue.Values(1, 2, 1, [0.1 + 0.2, -3.5]),
+    'LearnerDescription': dialogue.LearnerDescription(
+        1, 2, 3, 'sarsa', '{}', 2 ** 53, True, 64 * 'f'),
+    'Policy': dialogue.Policy(1, 2, 1, [-1, 3]),
 }
 
 

@@ -20,7 +20,7 @@ KNOWN = {'grid_world': {'map', 'profile', 'seed', 'rate', 'state_dir'},
          'learner': {'method', 'profile', 'seed', 'map_period', 'remembers_advice',
                      'advice_timeout', 'state_dir', *FIELDS}}
 EXECUTABLES = ('grid_world', 'mentor', 'learner', 'fault_injector', 'viewer', 'lesson', 'train',
-               'reproduce', 'sweep', 'topic')
+               'reproduce', 'sweep', 'topic', 'record', 'replay', 'plot')
 
 
 @pytest.mark.parametrize('name', EXECUTABLES)

@@ -4,7 +4,7 @@
 from math import isfinite
 from typing import NamedTuple
 
-from comply_ros.core.grid import Grid
+from comply_ros.core.grid import Grid, NO_ACTION
 
 ANYONE = 0  # number of no learner in particular
 NO_RUN = 0  # number of no run; runs have numbers from 1 upwards
@@ -60,7 +60,7 @@ class Recommendation(NamedTuple):
 
 
 class Action(NamedTuple):
-    """The answer: what the learner does; -1 at the end of an episode (the next may begin)."""
+    """The answer, and the advice it had; action -1 at an episode's end (the next may begin)."""
 
     run: int
     episode: int
@@ -69,6 +69,7 @@ class Action(NamedTuple):
     followed: bool
     confidence: float
     learner: int = ANYONE
+    advice: int = NO_ACTION
 
 
 class Episode(NamedTuple):
@@ -94,6 +95,53 @@ class Progress(NamedTuple):
     confidence: float
     temperature: float
     finished: bool
+
+
+class Trust(NamedTuple):
+    """Confidence in every state."""
+
+    run: int
+    width: int
+    height: int
+    confidence: list
+
+
+class Policy(NamedTuple):
+    """Action of every state."""
+
+    run: int
+    width: int
+    height: int
+    action: list
+
+
+class Values(NamedTuple):
+    """Value of every state."""
+
+    run: int
+    width: int
+    height: int
+    value: list
+
+
+class LearnerDescription(NamedTuple):
+    """Who learns, and how; `settings` is JSON, `digest` is empty where it begins."""
+
+    run: int
+    learner: int
+    turns: int
+    method: str
+    settings: str
+    seed: int
+    remembers_advice: bool
+    digest: str
+
+
+# What is said on each topic.
+SPOKEN = {'world': WorldDescription, 'state': StateReward, 'recommendation': Recommendation,
+          'action': Action, 'episode': Episode, 'progress': Progress, 'trust': Trust,
+          'policy': Policy, 'values': Values, 'mentor_policy': Policy,
+          'method': LearnerDescription}
 
 
 class Answered(NamedTuple):

@@ -73,11 +73,11 @@ class Respondent:
         """Return the `Action` that lets the next episode begin, if this one was at rest."""
         if self.last is None or self.answer:
             return ()
-        self.answer = self._at_the_end(self.last)
+        self.answer = self._at_the_end(self.last, self._advice)
         return (self.answer,)
 
-    def _at_the_end(self, asked):
-        return Action(*asked[:3], NO_ACTION, False, 0.0, self.number)
+    def _at_the_end(self, asked, advice):
+        return Action(*asked[:3], NO_ACTION, False, 0.0, self.number, advice)
 
     @property
     def turns(self):
@@ -94,9 +94,10 @@ class Respondent:
         self.student.weigh(advice, p)
         self.last, self._action, self._advice = asked, a, advice
         if asked.terminated or asked.truncated:
-            return self._end_episode(asked)
+            return self._end_episode(asked, advice)
         followed = advice != NO_ACTION and u[0] < p
-        self.answer = self.advised = Action(*asked[:3], a, followed, p, self.number)
+        self.answer = self.advised = Action(*asked[:3], a, followed, p, self.number,
+                                            advice)
         return (self.answer,)
 
     def again(self, waits):
@@ -120,9 +121,9 @@ class Respondent:
             self.student.learn(self.last.state, self._action, asked.reward, asked.state, a,
                                asked.terminated, self._advice)
 
-    def _end_episode(self, asked):
+    def _end_episode(self, asked, advice):
         """Return the `Action` that lets the next episode begin, and the `Progress` if any."""
-        self.answer = self._at_the_end(asked)
+        self.answer = self._at_the_end(asked, advice)
         if not asked.terminated:
             self.advised = self.answer
         progress = self.student.end_episode()

@@ -2,6 +2,7 @@
 """The node that learns."""
 
 from dataclasses import asdict, replace
+import json
 from pathlib import Path
 import secrets
 import time
@@ -11,7 +12,17 @@ from rclpy.parameter import Parameter as RosParameter
 from std_srvs.srv import Trigger
 
 from comply_ros.core.compliance import confidences
-from comply_ros.core.dialogue import Answered, Dropped, Progress, Recommendation
+from comply_ros.core.dialogue import (
+    Answered,
+    Dropped,
+    LearnerDescription,
+    Notice,
+    Policy,
+    Progress,
+    Recommendation,
+    Trust,
+    Values,
+)
 from comply_ros.core.learner_actor import LearnerActor
 from comply_ros.core.method import FIELDS, MethodError
 from comply_ros.core.methods import find_method
@@ -34,17 +45,15 @@ from comply_ros.nodes.running import run_node
 from comply_ros.nodes.topics import (
     ACTION,
     ANOTHER,
+    DESCRIPTION,
     POLICY,
-    Policy,
     PROGRESS,
     RECOMMENDATION,
     RESET,
     SAVE,
     STATE,
     TRUST,
-    Trust,
     VALUES,
-    Values,
     WORLD,
 )
 from comply_ros.session.keeping import StateError
@@ -62,13 +71,14 @@ class Learner(ActorNode):
         row = find_method(name, profile)
         fields = {each.name: self.declare(each) for each in field_parameters(row)}
         method, remembers = replace(row, **fields), self.declare(REMEMBERS_ADVICE)
+        self._identity = name, seed, remembers
         self.actor = LearnerActor(method, seed, remembers, 1 + secrets.randbelow(2 ** 32 - 1))
         self._map_period, self._map_time = self.declare(MAP_PERIOD), float('-inf')
         self._timeout = self.declare(ADVICE_TIMEOUT)
         self._asked, self._since, self._hears_mentor, self._timer = None, 0.0, False, None
         self._restore({'method': name, **asdict(method), 'seed': seed,
                        'remembers_advice': remembers})
-        for topic in (ACTION, PROGRESS, TRUST, POLICY, VALUES):
+        for topic in (DESCRIPTION, ACTION, PROGRESS, TRUST, POLICY, VALUES):
             self.speaks_on(topic)
         self.serves(Save, SAVE, self.save)
         self.listens_to(WORLD, self.hear_world)
@@ -80,14 +90,16 @@ class Learner(ActorNode):
 
     def hear_world(self, said):
         """Return what is to be said about a world, and about a state that came before it."""
+        turns = self.actor.turns
         try:
-            return self._in_its_world(self.actor.hear_world(said))
+            return self._in_its_world(self.actor.hear_world(said), turns)
         except ValueError as error:
             return (problem_of_description(error),)
 
     def look(self):
         """Return what is to be said if another world is attended to now."""
-        return self._in_its_world(super().look())
+        turns = self.actor.turns
+        return self._in_its_world(super().look(), turns)
 
     def hear_state(self, said):
         """Return the action in a state, and the maps when an iteration ends."""
@@ -194,9 +206,16 @@ class Learner(ActorNode):
         """Return the utterances, with maps if there is something to say."""
         return (*utterances, *self._maps(self.actor.described.run)) if utterances else ()
 
-    def _in_its_world(self, utterances):
-        """Return the utterances; where a state is kept of another world, none, and end."""
+    def _in_its_world(self, utterances, turns):
+        """
+        Return the utterances, and who learns before the first answer in a run.
+
+        Where a state is kept of another world, return none, and end.
+        turns: questions that were answered before.
+        """
         described = self.actor.described
+        if utterances and type(utterances[0]) is Notice:
+            utterances = (utterances[0], self._describe(turns), *utterances[1:])
         if self.store.keeper is None or described is None:
             return utterances
         if self._home not in (None, described.sha256):
@@ -239,7 +258,15 @@ class Learner(ActorNode):
         trust = confidences(self.actor.method, memory, self.actor.advice_heard())
         return (Trust(*shape, trust),
                 Policy(*shape, greedy(memory.q, world.free).tolist()),
-                Values(*shape, state_values(memory.q, world.free).tolist()))
+                Values(*shape, state_values(memory.q, world.free).tolist()),
+                self._describe(self.actor.turns, memory.digest()))
+
+    def _describe(self, turns, digest=''):
+        """Who learns, after so many answers, to this digest."""
+        name, seed, remembers = self._identity
+        return LearnerDescription(
+            self.actor.described.run, self.actor.number, turns, name,
+            json.dumps(asdict(self.actor.method)), seed, remembers, digest)
 
 
 def main(argv):

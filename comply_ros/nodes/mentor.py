@@ -7,7 +7,7 @@ from threading import Thread
 
 from comply_msgs.srv import Recommend
 
-from comply_ros.core.dialogue import Action, StateReward
+from comply_ros.core.dialogue import Action, Policy, StateReward
 from comply_ros.core.grid import NO_ACTION
 from comply_ros.core.mentor_actor import MentorActor
 from comply_ros.core.mentors import MentorError
@@ -26,7 +26,6 @@ from comply_ros.nodes.running import run_node
 from comply_ros.nodes.topics import (
     ACTION,
     MENTOR_POLICY,
-    Policy,
     RECOMMEND,
     RECOMMENDATION,
     STATE,

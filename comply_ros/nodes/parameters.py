@@ -82,6 +82,9 @@ PATIENCE = Parameter(
 STATE_DIR = Parameter(
     'state_dir', '', 'Folder in which the node keeps what it needs to go on after a kill as if '
     'nothing had happened; empty: nothing is kept')
+BAG = Parameter(
+    'bag', '', 'Folder of the bag to write, which must not be there yet; empty: named after the '
+    'time, in runs/')
 TOPICS = Parameter(
     'topics', ['state', 'recommendation', 'action'], 'Topics to relay: what is heard on '
     'NAME/before is said on NAME')
@@ -100,8 +103,8 @@ TRAIL_LENGTH = Parameter(
 FAULTS = tuple(Parameter(each.name, each.default, **each.metadata) for each in fields(Faults))
 
 OURS = (MAP, PROFILE, SEED, RATE, METHOD, MENTOR, BUDGET, ADVISING, MAP_PERIOD,
-        REMEMBERS_ADVICE, ADVICE_TIMEOUT, PATIENCE, STATE_DIR, TOPICS, KEPT, FRAME,
-        CELL_SIZE, ROBOT_RATE, MAP_RATE, TRAIL_LENGTH, *FAULTS)
+        REMEMBERS_ADVICE, ADVICE_TIMEOUT, PATIENCE, STATE_DIR, BAG, TOPICS, KEPT,
+        FRAME, CELL_SIZE, ROBOT_RATE, MAP_RATE, TRAIL_LENGTH, *FAULTS)
 ROS = {'use_sim_time', 'start_type_description_service'}
 
 

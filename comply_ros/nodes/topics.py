@@ -25,43 +25,22 @@ class Topic(NamedTuple):
     qos: QoSProfile
 
 
-class Trust(NamedTuple):
-    """Confidence in every state, as in the message."""
-
-    run: int
-    width: int
-    height: int
-    confidence: list
+def _topic(name, qos):
+    said = dialogue.SPOKEN[name]
+    return Topic(name, getattr(msg, said.__name__), said, qos)
 
 
-class Policy(NamedTuple):
-    """Action of every state, as in the message."""
-
-    run: int
-    width: int
-    height: int
-    action: list
-
-
-class Values(NamedTuple):
-    """Value of every state, as in the message."""
-
-    run: int
-    width: int
-    height: int
-    value: list
-
-
-WORLD = Topic('world', msg.WorldDescription, dialogue.WorldDescription, LATCHED)
-STATE = Topic('state', msg.StateReward, dialogue.StateReward, LATCHED)
-RECOMMENDATION = Topic('recommendation', msg.Recommendation, dialogue.Recommendation, LATCHED)
-ACTION = Topic('action', msg.Action, dialogue.Action, LATCHED)
-EPISODE = Topic('episode', msg.Episode, dialogue.Episode, REPORTED)
-PROGRESS = Topic('progress', msg.Progress, dialogue.Progress, REPORTED)
-TRUST = Topic('trust', msg.Trust, Trust, LATCHED)
-POLICY = Topic('policy', msg.Policy, Policy, LATCHED)
-VALUES = Topic('values', msg.Values, Values, LATCHED)
-MENTOR_POLICY = Topic('mentor_policy', msg.Policy, Policy, LATCHED)
+WORLD = _topic('world', LATCHED)
+STATE = _topic('state', LATCHED)
+RECOMMENDATION = _topic('recommendation', LATCHED)
+ACTION = _topic('action', LATCHED)
+EPISODE = _topic('episode', REPORTED)
+PROGRESS = _topic('progress', REPORTED)
+TRUST = _topic('trust', LATCHED)
+POLICY = _topic('policy', LATCHED)
+VALUES = _topic('values', LATCHED)
+MENTOR_POLICY = _topic('mentor_policy', LATCHED)
+DESCRIPTION = _topic('method', LATCHED)
 
 RECOMMEND = 'recommend'  # service of the mentor
 SAVE = 'save'  # service of the learner

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The two pictures of a session: the learning curve, and the map of trust."""
+"""The pictures of a session: the learning curve, the map of trust, the lengths of episodes."""
 
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
@@ -13,6 +13,7 @@ from comply_ros.session.grid_pictures import (
     INK,
     ORANGE,
     place_axes,
+    RED,
     write_picture,
 )
 
@@ -51,6 +52,34 @@ def draw_learning_curve(path, curves, summary):
     axes.grid(color='#eee')
     axes.set_axisbelow(True)
     axes.legend(frameon=False, loc='center right')
+    write_picture(figure, path)
+
+
+def draw_episode_lengths(path, episodes, limit, summary):
+    """
+    Write a PNG of the steps that each `Episode` took, in their order.
+
+    limit: steps after which an episode is cut off: those are marked.
+    """
+    figure = Figure(figsize=(8, 4.5))
+    axes = place_axes(figure, 0.9, 0.6, 6.9, 3.5)
+    steps = np.array([each.steps for each in episodes])
+    numbers = np.arange(1, len(steps) + 1)
+    cut = np.array([each.truncated for each in episodes])
+    axes.plot(numbers[~cut], steps[~cut], '.', color=BLUE, alpha=0.35, markersize=4,
+              label='reached a goal')
+    if cut.any():
+        axes.plot(numbers[cut], steps[cut], 'x', color=RED, markersize=5,
+                  label=f'cut off at {limit} steps')
+    axes.plot(numbers, running_mean(steps), color=BLUE, linewidth=2.2, label='running mean')
+    axes.set(xlabel='episode', ylabel='steps', xlim=(0, len(steps) + 1), ylim=(0, None))
+    axes.set_title(f'{summary["method"]} on {summary["map"]}, mentor {summary["mentor"]}',
+                   loc='left', fontsize=11, color=INK)
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axes.spines[['top', 'right']].set_visible(False)
+    axes.grid(color='#eee')
+    axes.set_axisbelow(True)
+    axes.legend(frameon=False, loc='upper right')
     write_picture(figure, path)
 
 

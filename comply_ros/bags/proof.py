@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: Apache-2.0
+"""All that was recorded, told again to fresh learners; who was heard from its start is proven."""
+
+from collections import deque
+
+from comply_ros.bags.retelling import Differs, Ear, misfit, Retelling
+from comply_ros.core.dialogue import turn
+from comply_ros.core.world import World
+
+LAG = 1000  # messages that are read ahead: on two topics they are not recorded as they were said
+
+
+class Unknown:
+    """A learner of which it is not in the bag what it had learned before; counts what fits."""
+
+    def __init__(self, number, ear):
+        self.number, self.fits, self.first, self.last = number, 0, None, None
+        self._ear, self._worlds = ear, {}
+
+    def tell(self, answered):
+        """Check that an answer fits its question; raises Differs if it does not."""
+        here = answered.run, turn(answered)
+        self.first, self.last = self.first or here, here
+        asked = self._ear.states.get(here)
+        if asked is None:
+            return
+        if answered.run not in self._worlds:
+            self._worlds[answered.run] = World(self._ear.world_of(answered)[1])
+        problem = misfit(answered, asked, self._worlds[answered.run])
+        if problem:
+            raise Differs(f'on topic action, in run {here[0]}, turn {here[1]}, was recorded '
+                          f'{problem}')
+        self.fits += 1
+        self._ear.forget(*here)
+
+
+class Proof:
+    """
+    Hears a conversation in order, and holds each learner against a fresh one.
+
+    Attributes
+    ----------
+    proven: the `Retelling` of each learner that was heard from its start.
+    unknown: the `Unknown` of each other, by number.
+
+    """
+
+    def __init__(self):
+        self.proven, self.unknown = [], {}
+        self._ear, self._waiting, self._now, self._reports = Ear(), deque(), {}, []
+
+    def hear(self, topic, said):
+        """
+        Take what was said next.
+
+        Raises
+        ------
+        Differs: at the first difference.
+
+        """
+        self._ear.hear(topic, said)
+        if topic == 'progress':
+            self._reports.append(said)
+        self._waiting.append((topic, said))
+        if topic == 'method' and said.turns and said.learner in self._now:
+            self._now[said.learner].expect(said)
+        if len(self._waiting) > LAG:
+            self._take(*self._waiting.popleft())
+
+    def end(self):
+        """Take what waits still; raises Differs."""
+        while self._waiting:
+            self._take(*self._waiting.popleft())
+        for each in self.proven:
+            each.end()
+        for report in self._reports:
+            any(each.compare(report) for each in self.proven)
+
+    def _take(self, topic, said):
+        if topic == 'method' and not said.turns:
+            self._begin(said)
+        elif topic == 'action':
+            if said.learner not in self._now and said.learner not in self.unknown:
+                self.unknown[said.learner] = Unknown(said.learner, self._ear)
+            (self._now.get(said.learner) or self.unknown[said.learner]).tell(said)
+
+    def _begin(self, described):
+        before = self._now.get(described.learner)
+        if before and before.last is None:
+            self.proven.remove(before)  # it had only found another world
+        self._now[described.learner] = Retelling(described, self._ear)
+        self.proven.append(self._now[described.learner])
+        for topic, said in self._waiting:
+            if topic == 'method' and said.learner == described.learner and said.turns:
+                self._now[described.learner].expect(said)

@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`replay BAG`: proves that a fresh learner would have said what was recorded."""
+
+import argparse
+import sys
+
+from comply_ros.bags.bag import Bag
+from comply_ros.bags.conversation import Conversation
+from comply_ros.bags.proof import Proof
+from comply_ros.bags.recorded import BagError
+from comply_ros.bags.retelling import Differs
+from comply_ros.session.disk import in_line
+from comply_ros.session.options import guarded
+from comply_ros.session.screen import progress_bar
+
+SHOWN = 1000  # messages between two looks of the progress bar
+
+
+def main(argv):
+    """Run the command; return the exit code: 0 proven, 1 not, 2 a mistake."""
+    given = bag_parser('replay', 'Tell a fresh learner what a recorded one was told, and prove '
+                       'that it says the same.').parse_args(argv[1:])
+    return guarded('replay', (BagError,), lambda: run(given))
+
+
+def bag_parser(program, description):
+    """`ArgumentParser` of a command that reads a bag."""
+    parser = argparse.ArgumentParser(program, description=description)
+    parser.add_argument('bag', metavar='BAG', help='folder of a bag, or its .mcap or .db3 file')
+    parser.add_argument('--namespace', metavar='NAME',
+                        help='of the nodes, where the bag has more than one conversation')
+    return parser
+
+
+def run(given):
+    """Replay a bag, say what was proven, return the exit code."""
+    conversation, proof = Conversation(Bag(given.bag), given.namespace), Proof()
+    difference = None
+    try:
+        for topic, said in shown(conversation, 'replay'):
+            proof.hear(topic, said)
+        proof.end()
+    except Differs as found:
+        difference = found
+    tell_cut('replay', conversation.bag)
+    return report(proof, difference)
+
+
+def report(proof, difference):
+    """Print what was proven and what was not; return the exit code."""
+    for each in proof.proven:
+        print(sentence(each))
+    for each in proof.unknown.values():
+        print(f'not proven: learner {each.number} was recorded from run {each.first[0]}, turn '
+              f'{each.first[1]} on, and not from its start, so what it had learned is not known; '
+              f'{each.fits} answers fit their questions')
+    if difference:
+        print(f'differs: {difference}')
+    if not proof.proven and not proof.unknown and not difference:
+        raise BagError('the bag must have the answers of a learner, and has none')
+    proven = [each for each in proof.proven if each.same]
+    return 0 if proven and not proof.unknown and not difference else 1
+
+
+def sentence(told):
+    """Return what was proven of one learner."""
+    described = told.described
+    who = f'learner {described.learner} ({described.method}, seed {described.seed})'
+    if not told.same:
+        return f'nothing to prove: {who} has answered nothing'
+    where = (f'{told.same} answers, from run {told.first[0]}, turn {told.first[1]}, to run '
+             f'{told.last[0]}, turn {told.last[1]}')
+    digest = (f'the same {told.digests} digest{"s" * (told.digests > 1)}, the last {told.digest}'
+              if told.digests else 'no digest was recorded')
+    end = '' if told.finished else '; its learning had not ended'
+    return f'the same: {who}, {where}; {digest}{end}'
+
+
+def shown(conversation, program):
+    """Yield what was said, with a progress bar."""
+    with progress_bar() as bar:
+        task = bar.add_task(program, total=conversation.bag.expected, now='messages')
+        for number, each in enumerate(conversation):
+            yield each
+            if number % SHOWN == 0:
+                bar.update(task, completed=conversation.bag.count)
+        bar.update(task, completed=conversation.bag.count)
+
+
+def tell_cut(program, bag):
+    """Say where a bag was cut off."""
+    if bag.cut:
+        print(f'{program}: bag {in_line(bag.path)} was cut off: {bag.cut}; read up to the last '
+              f'whole message, {bag.count} in all', file=sys.stderr)

@@ -1,0 +1,270 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A fresh learner that is told what a recorded one was told, and must say the same."""
+
+from dataclasses import asdict
+import json
+
+from comply_ros.bags.recorded import BagError
+from comply_ros.core.dialogue import (
+    Action,
+    ANYONE,
+    grid_of,
+    Progress,
+    Recommendation,
+    turn,
+)
+from comply_ros.core.grid import NO_ACTION
+from comply_ros.core.learner_actor import LearnerActor
+from comply_ros.core.method import Method, MethodError
+
+TRIES = 3  # times that a question is asked: one in the middle of a run is taken the second time
+
+
+class Differs(Exception):  # noqa: N818
+    """Something that was recorded and is not said again; the message says what."""
+
+
+class Ear:
+    """
+    What was heard in the recorded runs, as far as it may still be needed.
+
+    Attributes
+    ----------
+    worlds: `WorldDescription` by run.
+    states: `StateReward` by run and turn.
+    advised: actions that were recommended, by run and state, the newest last.
+
+    """
+
+    def __init__(self):
+        self.worlds, self.states, self.advised = {}, {}, {}
+
+    def hear(self, topic, said):
+        """Remember what was said."""
+        if topic == 'world':
+            self.worlds[said.run] = said
+        elif topic == 'state':
+            self.states.setdefault((said.run, turn(said)), said)
+        elif topic == 'recommendation':
+            actions = self.advised.setdefault((said.run, said.state), [])
+            if said.action in actions:
+                actions.remove(said.action)
+            actions.append(said.action)
+
+    def forget(self, run, until):
+        """Forget the states of a run up to a turn."""
+        for key in [key for key in self.states if key[0] == run and key[1] <= until]:
+            del self.states[key]
+
+    def world_of(self, said):
+        """
+        Return the `WorldDescription` of the run of a message, and its `Grid`.
+
+        Raises
+        ------
+        Differs: if it is not in the bag.
+        BagError: if it cannot be a world.
+
+        """
+        if said.run not in self.worlds:
+            raise Differs(f'the world of run {said.run} is not in the bag')
+        try:
+            return self.worlds[said.run], grid_of(self.worlds[said.run])
+        except ValueError as error:
+            raise BagError(f'the world of run {said.run} must be whole: {error}') from None
+
+
+class Retelling:
+    """
+    One fresh learner that is told what a recorded one was told, and must answer the same.
+
+    Parameters
+    ----------
+    described: its first `LearnerDescription`, when it knew nothing yet.
+    ear: the `Ear`.
+
+    Attributes
+    ----------
+    described: as given.
+    same: answers that were the same.
+    digests: digests that were the same; `digest` is the last of them.
+    first, last: (run, turn) of the first and the last answer, None before.
+    finished: whether it has done all its iterations.
+
+    """
+
+    def __init__(self, described, ear):
+        self.described, self._ear = described, ear
+        self.same, self.digests, self.digest = 0, 0, None
+        self.first, self.last, self._ended = None, None, False
+        self._later, self._progress = [], {}
+        self._actor = LearnerActor(method_of(described), described.seed, False,
+                                   described.learner)
+
+    @property
+    def finished(self):
+        """Tell whether it has done all its iterations."""
+        return self._actor.finished
+
+    def expect(self, described):
+        """Remember what the recorded learner said of itself, for when so much was answered."""
+        if described.turns < self._actor.turns and described.digest:
+            raise Differs(f'a digest after {described.turns} answers is in the bag only after '
+                          f'{self._actor.turns} of them')
+        self._later.append(described)
+
+    def tell(self, answered):
+        """
+        Ask what was asked, and compare the answer with the recorded `Action`.
+
+        Raises
+        ------
+        Differs: if it is another.
+
+        """
+        here = answered.run, turn(answered)
+        if self.last and self.last[0] == here[0] and here[1] <= self.last[1]:
+            return  # said again, as it may be
+        self._check_order(here)
+        said = self._answer(self._question(here), answered.advice)
+        if repr(said) != repr(answered):
+            raise Differs(f'on topic action, in run {here[0]}, turn {here[1]}, was recorded '
+                          f'{words(answered)}; a fresh learner says {words(said)}')
+        self._check_advice(answered, self._ear.states[here].state)
+        self.same += 1
+        self._went_on(here, self._ear.states[here])
+
+    def compare(self, progress):
+        """
+        Compare a recorded `Progress` with what this one said; return whether it said any.
+
+        Raises
+        ------
+        Differs: if it is another.
+
+        """
+        mine = self._progress.get((progress.run, progress.iteration))
+        if mine is not None and repr(mine) != repr(progress):
+            raise Differs(f'on topic progress, in run {progress.run}, iteration '
+                          f'{progress.iteration}, was recorded {progress}; a fresh learner says '
+                          f'{mine}')
+        return mine is not None
+
+    def end(self):
+        """Ask the last question, which has no answer where it ended the learning."""
+        due = [each for each in self._later if each.turns == self._actor.turns + 1]
+        if not due or self.last is None:
+            return
+        run, (episode, step) = self.last
+        later = (run, (episode + 1, 0)) if self._ended else (run, (episode, step + 1))
+        asked = self._question(later)
+        self._answer(asked, self._ear.advised.get((run, asked.state), [NO_ACTION])[-1])
+        self._went_on(later, asked)
+
+    def _check_order(self, here):
+        if self.last is None or self.last[0] != here[0]:
+            return
+        episode, step = self.last[1]
+        if here[1] != ((episode + 1, 0) if self._ended else (episode, step + 1)):
+            raise Differs(f'run {here[0]} goes from turn {self.last[1]} to {here[1]}: what '
+                          'lay between is not in the bag')
+
+    def _question(self, here):
+        if here not in self._ear.states:
+            raise Differs(f'the state of run {here[0]}, turn {here[1]}, is not in the bag')
+        return self._ear.states[here]._replace(learner=ANYONE)
+
+    def _check_advice(self, answered, state):
+        if answered.advice != NO_ACTION and answered.advice not in self._ear.advised.get(
+                (answered.run, state), ()):
+            raise Differs(f'in run {answered.run}, turn {turn(answered)}, the learner had the '
+                          f'advice {answered.advice} in state {state}, and the bag has no such '
+                          'recommendation')
+
+    def _answer(self, asked, advice):
+        """Return the `Action` to a question, None where there is none."""
+        if self._actor.described is None or self._actor.described.run != asked.run:
+            self._actor.attend(*self._ear.world_of(asked))
+        before = self._actor.turns
+        for _ in range(TRIES):
+            utterances = self._actor.hear_state(asked)
+            if self._actor.asked:
+                utterances += self._actor.hear_recommendation(
+                    Recommendation(asked.run, asked.episode, asked.step, asked.state, advice))
+            if self._actor.turns > before:
+                break
+            self._actor.look()
+        for each in utterances:
+            if type(each) is Progress:
+                self._progress[each.run, each.iteration] = each
+        return next((each for each in utterances if type(each) is Action), None)
+
+    def _went_on(self, here, asked):
+        """Change to the next turn, and check what the recorded learner said of itself there."""
+        self.first, self.last = self.first or here, here
+        self._ended = asked.terminated or asked.truncated
+        self._actor.told.clear()
+        self._ear.forget(*here)
+        due = [each for each in self._later if each.turns == self._actor.turns]
+        self._later = [each for each in self._later if each.turns > self._actor.turns]
+        for each in due:
+            self._compare_digest(each)
+            self._change(each)
+
+    def _compare_digest(self, described):
+        if not described.digest:
+            return
+        self.digest = self._actor.memory.digest()
+        if self.digest != described.digest:
+            raise Differs(f'on topic method, after {described.turns} answers, was recorded the '
+                          f'digest {described.digest}; a fresh learner has {self.digest}')
+        self.digests += 1
+
+    def _change(self, described):
+        method, now = method_of(described), asdict(self._actor.method)
+        changes = {name: value for name, value in asdict(method).items() if value != now[name]}
+        if changes:
+            self._actor.change(changes)
+
+
+def method_of(described):
+    """
+    Return the `Method` of a `LearnerDescription`.
+
+    Raises
+    ------
+    BagError: if it cannot be one.
+
+    """
+    try:
+        return Method(**json.loads(described.settings))
+    except (ValueError, TypeError, MethodError) as error:
+        raise BagError(f'the settings of learner {described.learner} must be those of a method: '
+                       f'{error}') from None
+
+
+def words(said):
+    """Text of an `Action` without what is the same in every one, `nothing` for None."""
+    if said is None:
+        return 'nothing'
+    return (f'action {said.action}, advice {said.advice}, followed {said.followed}, '
+            f'confidence {said.confidence!r}')
+
+
+def misfit(answered, asked, world):
+    """
+    Return why an `Action` cannot be an answer to a question, None where it can.
+
+    What can be told of a learner of which it is not known what it had learned.
+    """
+    ends = asked.terminated or asked.truncated
+    if ends != (answered.action == NO_ACTION):
+        return f'action {answered.action} where the episode {"ends" if ends else "goes on"}'
+    if not ends and not (0 <= answered.action < 4
+                         and world.available[asked.state, answered.action]):
+        return f'action {answered.action}, which state {asked.state} does not have'
+    if answered.followed and answered.action != answered.advice:
+        return f'action {answered.action} is said to follow the advice {answered.advice}'
+    return None
+
+

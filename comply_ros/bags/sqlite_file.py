@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The sqlite3 files of rosbag2, read up to the last whole message."""
+
+from contextlib import closing
+import sqlite3
+from urllib.parse import quote
+
+from comply_ros.bags.recorded import BagError, CutOff, Recorded
+
+MAGIC = b'SQLite format 3\0'
+
+
+def read_sqlite(path):
+    """
+    Yield every `Recorded` message of a file, in the order in which it was recorded.
+
+    Raises
+    ------
+    CutOff: after the last whole message, if pages of the file are missing.
+    BagError: if it is no sqlite3 file of a bag.
+    OSError: if it cannot be read.
+
+    """
+    with path.open('rb') as file:
+        start = file.read(len(MAGIC))
+    if not start:
+        raise CutOff('is empty')
+    if start != MAGIC[:len(start)]:
+        raise BagError(f'an sqlite3 file must begin with {MAGIC!r}, got {start!r}')
+    try:
+        with closing(sqlite3.connect(f'file:{quote(str(path))}?mode=ro', uri=True)) as base:
+            yield from _messages(base)
+    except sqlite3.DatabaseError as error:
+        raise CutOff(f'ends in the middle or is damaged ({error})') from None
+
+
+def _messages(base):
+    base.execute('PRAGMA writable_schema=ON')  # else sqlite refuses a file that is too short
+    tables = {name for name, in base.execute('SELECT name FROM sqlite_master')}
+    if not {'topics', 'messages'} <= tables:
+        raise BagError('an sqlite3 bag must have the tables topics and messages, '
+                       f'got {", ".join(sorted(tables)) or "none"}')
+    definitions = {}
+    if 'message_definitions' in tables:
+        definitions = {kind: (encoding, text) for kind, encoding, text in base.execute(
+            'SELECT topic_type, encoding, encoded_message_definition FROM message_definitions')}
+    topics = {number: (name, kind, definitions.get(kind, ('', '')))
+              for number, name, kind in base.execute('SELECT id, name, type FROM topics')}
+    for number, time, content in base.execute(
+            'SELECT topic_id, timestamp, data FROM messages ORDER BY id'):
+        if number not in topics:
+            raise CutOff(f'has a message of topic {number}, which it does not describe')
+        yield Recorded(*topics[number], time, content)
