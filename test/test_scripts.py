@@ -81,8 +81,8 @@ def test_run_names_what_there_is():
     for argv in (['scripts/run'], ['scripts/run', 'nothing']):
         done = script(argv)
         assert done.returncode == 2
-        assert ('fault_injector grid_world learner lesson mentor plot record replay reproduce sweep '
-                'topic train' in done.stderr)
+        assert ('fault_injector grid_world learner lesson mentor plot record replay reproduce '
+                'sweep topic train viewer' in done.stderr)
 
 
 def test_scripts_work_from_any_folder(tmp_path):
