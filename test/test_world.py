@@ -61,3 +61,10 @@ def test_where_only_an_obstacle_is_left_nothing_slips(as_run):
 @pytest.mark.parametrize('u, start', [(0.0, 4), (0.49, 4), (0.5, 7), (0.999999999, 7)])
 def test_starts_are_equally_likely(as_run, u, start):
     assert as_run(first_state)(u, np.array([4, 7], dtype=np.int32)) == start
+
+
+def test_which_moves_there_are_is_looked_up_and_not_computed_again():  # it is, in every step
+    world = corridor()
+    assert world.available.tolist() == [[False, True, False, False], [True, True, False, False],
+                                        [True, False, False, False]]
+    assert world.available is world.available

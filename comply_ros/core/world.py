@@ -15,6 +15,8 @@ class World:
     ----------
     grid: the `Grid` that it was made from.
     successor: `successor[s, b]`, int32: where move b leads from s, -1 where there is no such move.
+    available: `available[s, b]`, bool: whether there is one. Made once: a look at one move of a
+        large world must not cost a look at all of them.
     reward: `reward[s, b]`, float64: what that move earns.
     slips: `slips[s, b]`, bool: whether a move that goes astray in s can become b.
     terminal: `terminal[s]`, bool: True at a goal.
@@ -39,6 +41,7 @@ class World:
         self.reward = np.zeros((len(cells), len(STEPS)))
         for action in range(len(STEPS)):
             self._add_moves(action)
+        self.available = self.successor >= 0
         somewhere = self.successor != np.arange(len(cells))[:, None]
         self.slips = self.available & (grid.slips_bump | somewhere)
 
@@ -57,11 +60,6 @@ class World:
     def leads(self, s, s2):
         """Tell whether some move leads from s to s2."""
         return s2 in self.successor[s].tolist()
-
-    @property
-    def available(self):
-        """`available[s, a]`, bool: True where the cell has the action."""
-        return self.successor >= 0
 
 
 @kernel
