@@ -22,7 +22,7 @@ def test_advice_for_a_question_counts_and_is_the_newest_word():
     assert hearsay.hear(advice(step=2, action=1), ROOM) == (True, ())
     assert hearsay.hear(advice(step=0, action=3), ROOM) == (False, ())  # late, and older
     assert hearsay.last(0).action == 1
-    assert hearsay.advice(9) == [1, -1, -1, -1, -1, -1, -1, -1, -1]
+    assert hearsay.advice(9).tolist() == [1, -1, -1, -1, -1, -1, -1, -1, -1]
 
 
 def test_advice_for_another_state_than_was_asked_about_is_refused():

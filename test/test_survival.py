@@ -267,10 +267,10 @@ def test_a_learner_that_comes_back_knows_the_advice_that_it_has_heard(table, mon
     policy = noisy_policy(World(ROOM), 0.3, streams(8)[0])
     row = replace(find_method('explicit', 'published'), episodes=2, iterations=2)
     held = table(0.0, row, ROOM, policy, SEED, random.Random(1)).hold()
-    before = held.learner.advice_heard()
+    before = held.learner.advice_heard().tolist()
     assert len(set(before)) > 1
     held.kill('learner')
-    assert held.learner.advice_heard() == before
+    assert held.learner.advice_heard().tolist() == before
 
 
 @pytest.mark.parametrize('lost', [2, 7, 40])

@@ -262,5 +262,5 @@ def test_late_advice_after_a_snapshot_is_known_again():
     actor.hear_recommendation(advice(action=3))
     back = LearnerActor(ROW, seed=0)
     back.restore(json.loads(json.dumps(facts)), arrays, actor.told)
-    assert back.advice_heard() == actor.advice_heard()
+    assert back.advice_heard().tolist() == actor.advice_heard().tolist()
     assert back.advice_heard()[0] == 3

@@ -3,6 +3,8 @@
 
 import math
 
+import numpy as np
+
 from comply_ros.core.belief import beta_mean, pooled_belief
 from comply_ros.core.compiled import kernel
 from comply_ros.core.memory import (
@@ -87,13 +89,34 @@ def sigmoid(x):
 
 def confidences(method, memory, advice):
     """
-    `p[s]` at the first step in every state: list of floats; 0 where nobody is trusted.
+    `p[s]`, float64: at the first step in every state; 0 where nobody is trusted.
 
     advice: `advice[s]`, -1 where the mentor has said nothing: that matters to policy shaping and
     to a head start, which weigh the action itself.
+
+    It is computed state by state only where it can differ from what it is in most.
     """
-    numbers = method.numbers()
+    numbers, advice = method.numbers(), np.asarray(advice)
     q, visits, belief, arrivals, schedule, *_ = memory.views()
-    silent = method.trust in ('shaping', 'head_start')
-    return [confidence(s, said, 0, numbers, q, visits, belief, arrivals, schedule)
-            if said >= 0 or not silent else 0.0 for s, said in enumerate(advice)]
+
+    def p(s):
+        return confidence(s, int(advice[s]), 0, numbers, q, visits, belief, arrivals, schedule)
+    special = _special(method, memory, advice)
+    usual = np.flatnonzero(~special)[:1].tolist()
+    weighs_advice = method.trust in ('shaping', 'head_start')
+    found = np.full(len(advice), p(usual[0]) if usual and not weighs_advice else 0.0)
+    for s in np.flatnonzero(special).tolist():
+        found[s] = p(s)
+    return found
+
+
+def _special(method, memory, advice):
+    """`special[s]`, bool: where the confidence can be another one than in all other states."""
+    if method.trust in ('shaping', 'head_start'):
+        return advice >= 0
+    if method.trust in ('beta', 'explicit'):
+        belief = memory.belief
+        return ((belief[:, LISTEN] != method.belief_listen)
+                | (belief[:, DISCARD] != method.belief_discard)
+                | (memory.arrivals != 1.0))
+    return np.zeros(len(advice), dtype=bool)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is said between world, mentor and learner: tuples with the fields of the messages."""
 
+from array import array
 from math import isfinite
 from typing import NamedTuple
 
@@ -103,7 +104,7 @@ class Trust(NamedTuple):
     run: int
     width: int
     height: int
-    confidence: list
+    confidence: array  # of type code f: a list would be looked at element by element
 
 
 class Policy(NamedTuple):
@@ -112,7 +113,7 @@ class Policy(NamedTuple):
     run: int
     width: int
     height: int
-    action: list
+    action: array  # of type code b
 
 
 class Values(NamedTuple):
@@ -121,7 +122,7 @@ class Values(NamedTuple):
     run: int
     width: int
     height: int
-    value: list
+    value: array  # of type code d
 
 
 class LearnerDescription(NamedTuple):

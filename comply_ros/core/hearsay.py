@@ -74,10 +74,9 @@ class Hearsay:
                         f'was asked, got turn {turn(before)} after turn {self._newest}'),)
 
     def advice(self, states):
-        """Return `advice[s]` of so many states: the newest action, -1 where nothing was said."""
-        advice = [NO_ACTION] * states
-        for state, said in self._heard.items():
-            advice[state] = said.action
+        """Return `advice[s]`, int8: the newest action in a state, -1 where nothing was said."""
+        advice = np.full(states, NO_ACTION, dtype=np.int8)
+        advice[list(self._heard)] = [said.action for said in self._heard.values()]
         return advice
 
     def arrays(self):

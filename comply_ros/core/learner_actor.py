@@ -101,7 +101,7 @@ class LearnerActor(Attendant):
         self._turns.may_lack = True
 
     def advice_heard(self):
-        """`advice[s]`: what the mentor said last in every state, -1 where nothing yet."""
+        """`advice[s]`, int8: what the mentor said last in every state, -1 where nothing yet."""
         return self._hearsay.advice(len(self.world.terminal))
 
     def waits_for(self):

@@ -151,7 +151,7 @@ def learn(run, stop=None, watches_values=False):
         if stop is not None and stop.is_set():
             return None
     memory = training.memory
-    return Learned(returns, changes, confidences(row, memory, advice.tolist()),
+    return Learned(returns, changes, confidences(row, memory, advice).tolist(),
                    memory.arrivals > 1.0, memory.q, steps, memory.digest())
 
 

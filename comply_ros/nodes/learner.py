@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The node that learns."""
 
+from array import array
 from dataclasses import asdict, replace
 import json
 from pathlib import Path
@@ -8,6 +9,7 @@ import secrets
 import time
 
 from comply_msgs.srv import Save
+import numpy as np
 from rclpy.parameter import Parameter as RosParameter
 from std_srvs.srv import Trigger
 
@@ -41,6 +43,7 @@ from comply_ros.nodes.parameters import (
     SEED,
     sets,
 )
+from comply_ros.nodes.pauses import Pauses
 from comply_ros.nodes.running import run_node
 from comply_ros.nodes.topics import (
     ACTION,
@@ -73,7 +76,7 @@ class Learner(ActorNode):
         method, remembers = replace(row, **fields), self.declare(REMEMBERS_ADVICE)
         self._identity = name, seed, remembers
         self.actor = LearnerActor(method, seed, remembers, 1 + secrets.randbelow(2 ** 32 - 1))
-        self._map_period, self._map_time = self.declare(MAP_PERIOD), float('-inf')
+        self._map_pauses = Pauses(self.declare(MAP_PERIOD))
         self._timeout = self.declare(ADVICE_TIMEOUT)
         self._asked, self._since, self._hears_mentor, self._timer = None, 0.0, False, None
         self._restore({'method': name, **asdict(method), 'seed': seed,
@@ -247,18 +250,28 @@ class Learner(ActorNode):
         progress = utterances[-1]
         if progress.finished:
             self._tell_finished()
-        elif time.monotonic() - self._map_time < self._map_period:
+        elif not self._map_pauses.over():
             return utterances
-        self._map_time = time.monotonic()
         return (*utterances, *self._maps(progress.run))
 
+    def say(self, utterances):
+        """Publish, or log, each of the tuples; what maps cost puts the next ones off."""
+        if utterances and type(utterances[-1]) is Policy:
+            self._map_pauses.timed(super().say, utterances)
+        else:
+            super().say(utterances)
+
     def _maps(self, run):
+        """Return what is said on `trust` and `policy`."""
+        return self._map_pauses.timed(self._make_maps, run, begins=True)
+
+    def _make_maps(self, run):
         world, memory = self.actor.world, self.actor.memory
         shape = run, world.grid.width, world.grid.height
         trust = confidences(self.actor.method, memory, self.actor.advice_heard())
-        return (Trust(*shape, trust),
-                Policy(*shape, greedy(memory.q, world.free).tolist()),
-                Values(*shape, state_values(memory.q, world.free).tolist()),
+        return (Trust(*shape, array('f', trust.astype(np.float32).tobytes())),
+                Policy(*shape, array('b', greedy(memory.q, world.free).tobytes())),
+                Values(*shape, array('d', state_values(memory.q, world.free).tobytes())),
                 self._describe(self.actor.turns, memory.digest()))
 
     def _describe(self, turns, digest=''):

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The node that serves recommended actions."""
 
+from array import array
 from concurrent.futures import Future
 import hashlib
 from threading import Thread
@@ -131,7 +132,7 @@ def recommends(actor):
 def map_of_advice(actor):
     """Return the `Policy` of an actor that has one, to be said."""
     world = actor.described
-    return Policy(world.run, world.width, world.height, actor.policy)
+    return Policy(world.run, world.width, world.height, array('b', actor.policy))
 
 
 def in_background(function, *arguments):

@@ -57,7 +57,7 @@ def save_learning(path, method, memory, advice):
     arrays = dict(zip(memory.__dataclass_fields__, memory.arrays()))
     with aside(path) as part, part.open('wb') as file:
         np.savez_compressed(
-            file, **arrays, confidence=np.array(confidences(method, memory, advice)))
+            file, **arrays, confidence=confidences(method, memory, advice))
 
 
 @contextmanager
