@@ -39,6 +39,11 @@ def viewer():
     return _start('nodes.viewer', interrupted=0)
 
 
+def teleop_mentor():
+    """Be the mentor at a terminal."""
+    return _start('nodes.teleop_mentor', interrupted=0)
+
+
 def lesson():
     """Run the three nodes as processes, to their results."""
     return _start('nodes.lesson', interrupted=130)

@@ -19,7 +19,7 @@ from comply_ros.session.mentors import mentor_policy, read_spec
 
 pytestmark = pytest.mark.usefixtures('domain')
 ARGUMENTS = {
-    'grid_world': ('-p', 'map:=bar_grid', '-p', 'seed:=3'),
+    'grid_world': ('-p', 'map:=bar_grid', '-p', 'seed:=3', '-p', 'rate:=100.0'),
     'mentor': ('-p', 'mentor:=noisy:0.3'),
     'learner': ('-p', 'seed:=3', '-p', 'iterations:=6', '-p', 'episodes:=4')}
 
@@ -54,8 +54,9 @@ def digests(learner):
     return re.findall(r'finished \d+ iterations, digest (\w{64})', learner.log.read_text())
 
 
-def wait_for_digest(started, count=1):
-    """Return the digest at the count-th end of the learning."""
+def wait_for_digest(started, ask, count=1):
+    """Return the digest at the count-th end of the learning, without waiting for a rate."""
+    assert ask.set('grid_world', rate=0.0) == ''
     return wait_until(lambda: digests(started['learner'])[count - 1:], 'end of the learning')[0]
 
 
@@ -67,6 +68,7 @@ def settle(ask):
 
 def test_pauses_and_steps_change_no_bit(tmp_path, ask, expected):
     with lesson(tmp_path) as started:
+        ask.until(lambda: ask.heard['action'], 'action')
         refused = ask.trigger('grid_world/step')
         assert not refused.success
         assert refused.message == 'a step must be from a pause, and this world runs'
@@ -82,7 +84,7 @@ def test_pauses_and_steps_change_no_bit(tmp_path, ask, expected):
                 ask.until(lambda: ask.heard['state'][-1] != before, 'question')
                 before = ask.heard['state'][-1]
             assert ask.pause(False).message == 'runs'
-        assert wait_for_digest(started) == expected
+        assert wait_for_digest(started, ask) == expected
         assert 'WARN' not in ''.join(node.log.read_text() for node in started.values())
 
 
@@ -112,7 +114,7 @@ def test_after_a_pause_and_two_resets_it_is_a_fresh_start(tmp_path, ask, expecte
         before, after = ask.heard['world'][-2:]
         assert after.replaces == before.run and after.run not in (0, before.run)
         ask.pause(False)
-        assert wait_for_digest(started) == expected
+        assert wait_for_digest(started, ask) == expected
         again = ask.until(lambda: [each for each in ask.heard['progress']
                                    if each.run == after.run][5:], 'progress')
         assert again[0].finished
@@ -121,12 +123,12 @@ def test_after_a_pause_and_two_resets_it_is_a_fresh_start(tmp_path, ask, expecte
 
 def test_a_learner_that_has_finished_learns_again_after_the_resets(tmp_path, ask, expected):
     with lesson(tmp_path) as started:
-        assert wait_for_digest(started) == expected
+        assert wait_for_digest(started, ask) == expected
         ask.pause()
         ask.trigger('learner/reset')
         ask.trigger('grid_world/reset')
         ask.pause(False)
-        assert wait_for_digest(started, 2) == expected
+        assert wait_for_digest(started, ask, 2) == expected
 
 
 def test_a_reset_world_keeps_its_new_run_over_a_kill(tmp_path, ask, expected):
@@ -141,7 +143,7 @@ def test_a_reset_world_keeps_its_new_run_over_a_kill(tmp_path, ask, expected):
         for name in keeps:
             kill(started[name])
             started[name].start()
-        assert wait_for_digest(started) == expected
+        assert wait_for_digest(started, ask) == expected
         assert ask.heard['world'][-1].run == run
 
 
@@ -170,7 +172,7 @@ def digest_after_change(tmp_path, ask, kills, **changes):
                 for name, value in changes.items():
                     assert ask.get('learner', name) == value
             ask.pause(False)
-            digest = wait_for_digest(started)
+            digest = wait_for_digest(started, ask)
             assert 'refused' not in others['grid_world'].log.read_text()
             return digest
 
@@ -197,8 +199,8 @@ def test_a_change_of_parameters_survives_a_kill(tmp_path, expected, changes):
                               'beta, got -1.0 and 2.0'),
     ({'trust': 'faith'}, 'trust must be one of none, scheduled,'),
     ({'replays': True}, 'replays must stay false while a learner runs'),
-    ({'advice_timeout': float('nan')}, 'advice_timeout must lie in [0, 3600], got nan'),
-    ({'learning_rate': float('nan')}, 'learning_rate must lie in [0, 1], got nan')], ids=str)
+    ({'advice_timeout': float('nan')}, 'advice_timeout out of range'),
+    ({'learning_rate': float('nan')}, 'learning_rate out of range')], ids=str)
 def test_a_parameter_that_cannot_be_is_refused_with_one_sentence(tmp_path, ask, values, sentence):
     with nodes(tmp_path, learner=()):
         assert sentence in ask.set('learner', **values)

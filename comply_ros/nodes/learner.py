@@ -33,7 +33,6 @@ from comply_ros.core.problems import problem_of_description
 from comply_ros.nodes.actor_node import ActorNode
 from comply_ros.nodes.parameters import (
     ADVICE_TIMEOUT,
-    check_in_range,
     field_parameters,
     MAP_PERIOD,
     METHOD,
@@ -190,7 +189,6 @@ class Learner(ActorNode):
 
     def _check_changes(self, values):
         """Return if parameters may be changed so; raises ValueError."""
-        check_in_range(ADVICE_TIMEOUT, values.get(ADVICE_TIMEOUT.name, 0.0))
         changes = {name: value for name, value in values.items() if name in CHANGES}
         self.actor.changed_method(changes)
         if changes and self.store.trouble:

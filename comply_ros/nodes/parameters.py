@@ -79,6 +79,8 @@ ADVICE_TIMEOUT = Parameter(
 PATIENCE = Parameter(
     'patience', 1.0, 'While a person steers: seconds that a question waits for the person, before '
     'the answer is no advice', 0.05, 3600, changes=True)
+POLICY_FILE = Parameter(
+    'policy_file', 'policy.txt', 'File to which the policy of a person is saved')
 STATE_DIR = Parameter(
     'state_dir', '', 'Folder in which the node keeps what it needs to go on after a kill as if '
     'nothing had happened; empty: nothing is kept')
@@ -103,7 +105,7 @@ TRAIL_LENGTH = Parameter(
 FAULTS = tuple(Parameter(each.name, each.default, **each.metadata) for each in fields(Faults))
 
 OURS = (MAP, PROFILE, SEED, RATE, METHOD, MENTOR, BUDGET, ADVISING, MAP_PERIOD,
-        REMEMBERS_ADVICE, ADVICE_TIMEOUT, PATIENCE, STATE_DIR, BAG, TOPICS, KEPT,
+        REMEMBERS_ADVICE, ADVICE_TIMEOUT, PATIENCE, POLICY_FILE, STATE_DIR, BAG, TOPICS, KEPT,
         FRAME, CELL_SIZE, ROBOT_RATE, MAP_RATE, TRAIL_LENGTH, *FAULTS)
 ROS = {'use_sim_time', 'start_type_description_service'}
 
@@ -163,12 +165,13 @@ def declare(node, parameter):
     return value
 
 
-def sets(node, change, check):
+def sets(node, change, check=lambda values: None):
     """
     Have parameters of a node change while it runs.
 
     change: called with a table of the new values by name, when they are set.
-    check: called with such a table before; raises ValueError, with a sentence, to refuse it.
+    check: called with such a table before, of values of the right type and range; raises
+        ValueError, with a sentence, to refuse it.
 
     """
     def refuse(parameters):
@@ -180,20 +183,6 @@ def sets(node, change, check):
     node.add_on_set_parameters_callback(refuse)
     node.add_post_set_parameters_callback(
         lambda parameters: change({each.name: each.value for each in parameters}))
-
-
-def check_in_range(parameter, value):
-    """
-    Return if a parameter may have a value of its type.
-
-    Raises
-    ------
-    ParameterError: if it lies outside of its range, as nan does.
-
-    """
-    if not parameter.low <= value <= parameter.high:
-        raise ParameterError(f'parameter {parameter.name} must lie in [{parameter.low}, '
-                             f'{parameter.high}], got {value}')
 
 
 def descriptor(parameter):

@@ -14,7 +14,7 @@ from comply_ros.core.policy import PolicyError
 from comply_ros.core.problems import problem_of_description
 from comply_ros.nodes.actor_node import ActorNode
 from comply_ros.nodes.mentor import in_background, map_of_advice, recommends
-from comply_ros.nodes.parameters import check_in_range, PATIENCE, sets
+from comply_ros.nodes.parameters import PATIENCE, sets
 from comply_ros.nodes.topics import MENTOR_POLICY, RECOMMEND, RECOMMENDATION, STATE, WORLD
 from comply_ros.session.mentors import mentor_policy, read_policy, read_spec, write_policy
 
@@ -48,8 +48,7 @@ class PersonMentor(ActorNode):
         self.serves(Recommend, RECOMMEND, recommends(self.actor))
         self.listens_to(WORLD, self.hear_world)
         self.listens_to(STATE, self.actor.hear_state)
-        sets(self, self._set_patience, check=lambda values: check_in_range(
-            PATIENCE, values.get(PATIENCE.name, self._patience)))
+        sets(self, self._set_patience)
         self.create_timer(LOOK, self._look_around)
 
     @property
