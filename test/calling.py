@@ -14,6 +14,8 @@ from std_srvs.srv import SetBool, Trigger
 
 from comply_ros.nodes.topics import decoder
 
+AGAIN = 2.0  # seconds before a question about parameters is asked again
+
 
 class Caller(Node):
     """
@@ -28,7 +30,7 @@ class Caller(Node):
 
     def __init__(self, context):
         super().__init__('caller', context=context)
-        self.words, self.heard = {}, {}
+        self.words, self.heard, self._called = {}, {}, 0.0
         self.executor_ = rclpy.executors.SingleThreadedExecutor(context=context)
         self.executor_.add_node(self)
         self.create_subscription(DiagnosticArray, '/diagnostics', self._hear_health, 10)
@@ -72,19 +74,27 @@ class Caller(Node):
     def set(self, node, **values):
         """Return the reason why parameters of a node could not be set; empty where they are."""
         client = AsyncParameterClient(self, node)
-        self.until(client.services_are_ready, f'parameters of {node}')
-        future = client.set_parameters([Parameter(name, value=value)
-                                        for name, value in values.items()])
-        self.until(future.done, 'answer')
-        return '; '.join(each.reason for each in future.result().results if not each.successful)
+        given = [Parameter(name, value=value) for name, value in values.items()]
+        results = self._ask(client, lambda: client.set_parameters(given)).results
+        return '; '.join(each.reason for each in results if not each.successful)
 
     def get(self, node, name):
         """Return the value of a parameter of a node."""
         client = AsyncParameterClient(self, node)
-        self.until(client.services_are_ready, f'parameters of {node}')
-        future = client.get_parameters([name])
-        self.until(future.done, 'answer')
-        return rclpy.parameter.parameter_value_to_python(future.result().values[0])
+        value, = self._ask(client, lambda: client.get_parameters([name])).values
+        return rclpy.parameter.parameter_value_to_python(value)
+
+    def _ask(self, client, call):
+        """Return the response to a call that may be repeated: a killed node gives none."""
+        self.until(client.services_are_ready, 'parameters')
+        calls = []
+
+        def answered():
+            if not calls or time.monotonic() > self._called + AGAIN:
+                self._called = time.monotonic()
+                calls.append(call())
+            return [each for each in calls if each.done()]
+        return self.until(answered, 'answer')[0].result()
 
     def _hear_health(self, message):
         for status in message.status:

@@ -42,7 +42,6 @@ class PersonMentor(ActorNode):
         self._waiting, self._since = None, 0.0
         self._mapped, self._stale, self._said_map = None, False, float('-inf')
         self._deeds, self._making = SimpleQueue(), []
-        self._bell = self.create_guard_condition(self._do_all)
         for topic in (RECOMMENDATION, MENTOR_POLICY):
             self.speaks_on(topic)
         self.serves(Recommend, RECOMMEND, recommends(self.actor))
@@ -148,10 +147,9 @@ class PersonMentor(ActorNode):
         return used
 
     def do(self, deed):
-        """Have `deed()` called in the thread that spins this node; return the `Future` of it."""
+        """Have the thread that spins this node call `deed()` soon; return the `Future` of it."""
         future = Future()
         self._deeds.put((deed, future))
-        self._bell.trigger()
         return future
 
     def hear_world(self, said):

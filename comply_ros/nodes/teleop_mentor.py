@@ -13,6 +13,7 @@ from comply_ros.nodes.person import PersonMentor
 from comply_ros.nodes.running import run_node
 from comply_ros.nodes.topics import TRUST
 from comply_ros.session.keeping import StateError
+from comply_ros.session.mentors import read_spec
 from comply_ros.session.terminal import Terminal, TerminalError
 from comply_ros.session.text_map import map_lines
 
@@ -43,6 +44,7 @@ class TeleopMentor(PersonMentor):
         super().__init__(**kwargs)
         self.get_logger().set_level(LoggingSeverity.ERROR)  # the page says the rest
         self._spec = self.declare(MENTOR._replace(default='none'))
+        read_spec(self._spec)  # what cannot be is said before the page is there
         self._mentor_seed, self._file = self.declare(MENTOR_SEED), self.declare(POLICY_FILE)
         self._trust, self._cursor, self._remark, self._begun = None, None, '', False
         self.steering = True

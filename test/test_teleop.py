@@ -1,0 +1,175 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The mentor at a terminal, in a terminal of the test's own."""
+
+from contextlib import contextmanager
+import os
+import pty
+import re
+import signal
+import subprocess
+import sys
+import termios
+
+from calling import caller
+from nodes import nodes, run, wait_until
+import pytest
+
+from comply_ros.nodes.processes import START
+from comply_ros.nodes.topics import ACTION, MENTOR_POLICY, STATE
+
+pytestmark = pytest.mark.usefixtures('domain')
+WORLD = ('-p', 'map:=free_grid', '-p', 'seed:=3')
+LEARNER = ('-p', 'iterations:=0', '-p', 'method:=constant', '-p', 'confidence:=1.0', '-p',
+           'episodes:=1', '-p', 'map_period:=0.0', '-p', 'remembers_advice:=false')
+PATIENT = ('--ros-args', '-p', 'patience:=300.0')
+CODES = re.compile(r'\x1b\[[0-9;?]*[A-Za-z]')
+
+
+class Typist:
+    """A terminal with `teleop_mentor` in it, and who types there."""
+
+    def __init__(self, *arguments):
+        self._ours, theirs = pty.openpty()
+        termios.tcsetwinsize(theirs, (40, 120))
+        self.before = termios.tcgetattr(theirs)
+        self._theirs, self.text = theirs, ''
+        os.set_blocking(self._ours, False)
+        self.process = subprocess.Popen(
+            [sys.executable, '-c', START.format('teleop_mentor'), *arguments], stdin=theirs,
+            stdout=theirs, stderr=theirs, start_new_session=True)
+
+    def type(self, keys):
+        """Press keys."""
+        os.write(self._ours, keys.encode())
+
+    def read(self):
+        """Return all that was shown so far."""
+        try:
+            self.text += os.read(self._ours, 1_000_000).decode(errors='replace')
+        except BlockingIOError:
+            pass
+        return self.text
+
+    def page(self):
+        """Return the page that is shown now, as text."""
+        return CODES.sub('', self.read().rpartition('\x1b[H')[2])
+
+    def sees(self, text):
+        """Wait until the page has a text."""
+        wait_until(lambda: text in self.page(), f'{text!r} on the page')
+
+    def end(self):
+        """Return the exit code, and whether the terminal is as it was."""
+        wait_until(lambda: self.read() is None or self.process.poll() is not None, 'end')
+        self.read()
+        return self.process.wait(), termios.tcgetattr(self._theirs) == self.before
+
+    def close(self):
+        """End what is left."""
+        if self.process.poll() is None:
+            self.process.kill()
+        self.process.wait()
+        os.close(self._ours)
+        os.close(self._theirs)
+
+
+@contextmanager
+def typist(*arguments):
+    """Give a `Typist`."""
+    person = Typist(*arguments)
+    try:
+        yield person
+    finally:
+        person.close()
+
+
+@pytest.fixture
+def ask(domain):
+    """Return a node that hears the others."""
+    with caller() as node:
+        node.listen(STATE, ACTION, MENTOR_POLICY)
+        yield node
+
+
+def test_keys_steer_the_robot_and_q_leaves_the_terminal_as_it_was(tmp_path, ask):
+    with typist(*PATIENT) as person, nodes(tmp_path, grid_world=WORLD, learner=LEARNER):
+        for keys, action in (('\x1b[B', 2), ('s', 2), ('\x1b[C', 1), ('d', 1), ('\x1bOB', 2)):
+            person.sees('it waits for you')
+            asked = ask.until(lambda: ask.heard['state'], 'state')[-1]
+            person.type(keys)
+            ask.until(lambda asked=asked: ask.heard['action'] and
+                      ask.heard['action'][-1][:3] == asked[:3], 'answer')
+            said = ask.heard['action'][-1]
+            assert (said.action, said.followed) == (action, True)
+            ask.until(lambda asked=asked: ask.heard['state'][-1] != asked, 'next state')
+        person.type(' ')
+        person.sees('you said no advice')
+        person.type('q')
+        assert person.end() == (0, True)
+        assert person.text.rstrip().endswith('\x1b[?25h\x1b[?1049l')
+
+
+def test_an_arrow_that_leads_out_is_refused_with_one_sentence_and_the_robot_waits_on(
+        tmp_path, ask):
+    with typist(*PATIENT) as person, nodes(tmp_path, grid_world=WORLD, learner=LEARNER):
+        person.sees('it waits for you')
+        state = ask.until(lambda: ask.heard['state'], 'state')[-1].state
+        assert state == 120 or state // 11 == 10 or state % 11 == 0, 'a start at a border'
+        person.type('w' if state // 11 == 10 else 'a')
+        person.sees('an action must not leave the grid, got')
+        assert not ask.heard['action']
+
+
+def test_what_is_painted_answers_by_itself_and_the_trust_is_shown(tmp_path, ask):
+    with typist(*PATIENT, '-p', f'policy_file:={tmp_path}/mine.txt') as person, \
+            nodes(tmp_path, grid_world=WORLD, learner=LEARNER):
+        person.sees('it waits for you')
+        person.type('\t')
+        person.sees('mode: painting')
+        person.sees('trust in you: 1.00 here')
+        before = ask.until(lambda: ask.heard['mentor_policy'], 'map')[-1].action
+        person.type('\x1b[C' * 12 + '\x1b[B' * 12 + 'w' + '\x1b[D' + 'w')
+        ask.until(lambda: ask.heard['mentor_policy'][-1].action.count(3) == 2, 'map')
+        now = ask.heard['mentor_policy'][-1].action
+        assert [s for s, (a, b) in enumerate(zip(now, before)) if a != b] == [9, 10]
+        person.type(' ')
+        ask.until(lambda: ask.heard['mentor_policy'][-1].action.count(3) == 1, 'map')
+        person.type('o')
+        person.sees('saved to')
+        assert (tmp_path / 'mine.txt').read_text().splitlines()[-1] == '..........^'
+        person.type('x')
+        person.sees('a tenth is spoiled')
+
+
+def test_a_generated_mentor_is_where_a_person_can_begin(tmp_path, ask):
+    with typist(*PATIENT, '-p', 'mentor:=optimal') as person, nodes(tmp_path, grid_world=WORLD):
+        person.sees('begins as optimal')
+        ask.until(lambda: ask.heard['mentor_policy'] and
+                  ask.heard['mentor_policy'][-1].action.count(-1) < 5, 'map')
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_leaves_the_terminal_as_it_was(number):
+    with typist() as person:
+        person.sees('waits for a world: is a grid_world running?')
+        assert termios.tcgetattr(person._theirs) != person.before
+        person.process.send_signal(number)
+        assert person.end() == (0, True)
+
+
+def test_what_cannot_be_is_said_in_one_line_with_the_terminal_as_it_was():
+    for argument, sentence in (('mentor:=wise', 'a mentor must be one of'),
+                               ('patience:=-1.0', 'parameter patience must lie in [0.05, 3600]')):
+        with typist('--ros-args', '-p', argument) as person:
+            assert person.end() == (2, True)
+            line, = [each for each in person.text.splitlines() if 'teleop_mentor: ' in each]
+            assert sentence in line
+            assert 'Traceback' not in person.text
+
+
+def test_where_there_is_no_terminal_it_says_so_in_one_line():
+    done = run('teleop_mentor')
+    assert done.returncode == 2
+    assert done.stderr.splitlines()[-1] == (
+        'teleop_mentor: the input must be a terminal, for its keys and its page, and is none: '
+        'run it in a terminal of its own')
