@@ -12,12 +12,14 @@ from nodes import DEADLINE, nodes, wait_until
 import pytest
 import rclpy
 from rclpy.node import Node
+from typist import typist
 
 from comply_ros.nodes import topics
 from comply_ros.nodes.processes import START
 
 FOLDER = Path(__file__).parents[1] / 'config' / 'security'
 NODES = ('grid_world', 'mentor', 'learner', 'lesson', 'viewer')
+OTHERS = {'teleop_mentor': 'mentor'}  # executables in the place of a node, and its name
 # A mentor that waits for mistakes hears actions too; slow, since it is only looked at.
 LESSON = ('--map', 'bar_grid', '--mentor', 'optimal', '--iterations', '100000', '--rate', '5',
           '--budget', '20', '--advising', 'mistakes')
@@ -60,11 +62,12 @@ def used(node, name, namespace):
             for each, _ in look(node, name, namespace)}
 
 
-def differences(node, namespace):
+def differences(node, namespace, names=NODES):
     """Return what is granted and not used, and used and not granted, by node."""
     found = {}
-    for name in NODES:
-        allowed, seen = granted(name, namespace), used(node, name, namespace)
+    for name in names:
+        allowed = granted(name, namespace)
+        seen = used(node, OTHERS.get(name, name), namespace)
         if allowed != seen:
             found[name] = {'not used': allowed - seen, 'not granted': seen - allowed}
     return found
@@ -102,6 +105,19 @@ def test_a_policy_grants_exactly_what_its_running_node_uses(node, namespace):
     assert found == {}
 
 
+@pytest.mark.usefixtures('domain')
+def test_a_policy_grants_exactly_what_the_mentor_at_a_terminal_uses():
+    context = rclpy.Context()
+    rclpy.init(context=context)
+    node = Node('test', context=context)
+    with typist():
+        end = time.monotonic() + DEADLINE / 2
+        while (found := differences(node, '/', OTHERS)) and time.monotonic() < end:
+            time.sleep(0.01)
+    rclpy.try_shutdown(context=context)
+    assert found == {}
+
+
 @pytest.mark.parametrize('name, topic', [
     (name, topic.name) for name, spoken in SPEAKS_ON.items() for topic in spoken])
 def test_on_a_topic_its_node_may_speak_and_no_other(name, topic):
@@ -113,20 +129,21 @@ def test_every_topic_has_the_node_that_speaks_on_it():
         each.name for each in vars(topics).values() if isinstance(each, topics.Topic))
 
 
-@pytest.mark.parametrize('name', NODES)
+@pytest.mark.parametrize('name', [*NODES, *OTHERS])
 def test_a_policy_is_one_enclave_with_one_node_and_no_wildcard(name):
     root = policy(name)
     enclave, = root.iterfind('enclaves/enclave')
     profile, = enclave.iterfind('profiles/profile')
     assert root.get('version') == '0.2.0'
     assert enclave.get('path') == f'/{name}'
-    assert (profile.get('ns'), profile.get('node')) == ('/', name)
+    assert (profile.get('ns'), profile.get('node')) == ('/', OTHERS.get(name, name))
     assert {value for rule in profile for value in rule.attrib.values()} == {'ALLOW'}
     assert not any('*' in full for _, full in granted(name))
 
 
 def test_the_policies_are_installed():
     folder = Path(get_package_share_directory('comply_ros')) / 'config' / 'security'
-    assert {path.name for path in folder.iterdir()} == {f'{name}.policy.xml' for name in NODES}
+    assert {path.name for path in folder.iterdir()} == {
+        f'{name}.policy.xml' for name in (*NODES, *OTHERS)}
     for path in folder.iterdir():
         assert path.read_bytes() == (FOLDER / path.name).read_bytes()

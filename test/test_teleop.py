@@ -1,20 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The mentor at a terminal, in a terminal of the test's own."""
 
-from contextlib import contextmanager
-import os
-import pty
-import re
 import signal
-import subprocess
-import sys
 import termios
 
 from calling import caller
-from nodes import nodes, run, wait_until
+from nodes import nodes, run
 import pytest
+from typist import typist
 
-from comply_ros.nodes.processes import START
 from comply_ros.nodes.topics import ACTION, MENTOR_POLICY, STATE
 
 pytestmark = pytest.mark.usefixtures('domain')
@@ -22,65 +16,6 @@ WORLD = ('-p', 'map:=free_grid', '-p', 'seed:=3')
 LEARNER = ('-p', 'iterations:=0', '-p', 'method:=constant', '-p', 'confidence:=1.0', '-p',
            'episodes:=1', '-p', 'map_period:=0.0', '-p', 'remembers_advice:=false')
 PATIENT = ('--ros-args', '-p', 'patience:=300.0')
-CODES = re.compile(r'\x1b\[[0-9;?]*[A-Za-z]')
-
-
-class Typist:
-    """A terminal with `teleop_mentor` in it, and who types there."""
-
-    def __init__(self, *arguments):
-        self._ours, theirs = pty.openpty()
-        termios.tcsetwinsize(theirs, (40, 120))
-        self.before = termios.tcgetattr(theirs)
-        self._theirs, self.text = theirs, ''
-        os.set_blocking(self._ours, False)
-        self.process = subprocess.Popen(
-            [sys.executable, '-c', START.format('teleop_mentor'), *arguments], stdin=theirs,
-            stdout=theirs, stderr=theirs, start_new_session=True)
-
-    def type(self, keys):
-        """Press keys."""
-        os.write(self._ours, keys.encode())
-
-    def read(self):
-        """Return all that was shown so far."""
-        try:
-            self.text += os.read(self._ours, 1_000_000).decode(errors='replace')
-        except BlockingIOError:
-            pass
-        return self.text
-
-    def page(self):
-        """Return the page that is shown now, as text."""
-        return CODES.sub('', self.read().rpartition('\x1b[H')[2])
-
-    def sees(self, text):
-        """Wait until the page has a text."""
-        wait_until(lambda: text in self.page(), f'{text!r} on the page')
-
-    def end(self):
-        """Return the exit code, and whether the terminal is as it was."""
-        wait_until(lambda: self.read() is None or self.process.poll() is not None, 'end')
-        self.read()
-        return self.process.wait(), termios.tcgetattr(self._theirs) == self.before
-
-    def close(self):
-        """End what is left."""
-        if self.process.poll() is None:
-            self.process.kill()
-        self.process.wait()
-        os.close(self._ours)
-        os.close(self._theirs)
-
-
-@contextmanager
-def typist(*arguments):
-    """Give a `Typist`."""
-    person = Typist(*arguments)
-    try:
-        yield person
-    finally:
-        person.close()
 
 
 @pytest.fixture
@@ -152,7 +87,7 @@ def test_a_generated_mentor_is_where_a_person_can_begin(tmp_path, ask):
 def test_a_signal_leaves_the_terminal_as_it_was(number):
     with typist() as person:
         person.sees('waits for a world: is a grid_world running?')
-        assert termios.tcgetattr(person._theirs) != person.before
+        assert termios.tcgetattr(person.theirs) != person.before
         person.process.send_signal(number)
         assert person.end() == (0, True)
 
