@@ -3,7 +3,7 @@
 
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 
-from comply_ros.bags.recorded import BagError
+from comply_ros.bags.recorded import BagError, in_short
 from comply_ros.core.dialogue import SPOKEN
 
 
@@ -48,7 +48,7 @@ class Conversation:
             return self._decoders[name](recorded.content)
         except Exception as error:  # noqa: BLE001 - whatever nonsense in bytes makes it raise
             raise BagError(f'message {number} of the bag, on topic {recorded.topic}, must be a '
-                           f'{recorded.kind}, and is not ({error})') from None
+                           f'{recorded.kind}, and is not ({in_short(error)})') from None
 
 
 def kind_of(name):
@@ -87,8 +87,12 @@ def _decoder(name, recorded):
         raise BagError(f'topic {recorded.topic} must come with its definition as ros2msg, '
                        f'got {encoding or "none"!r}')
     store = get_typestore(Stores.EMPTY)
-    store.register(get_types_from_msg(text, recorded.kind))
-    fields = [field for field, _ in store.fielddefs[recorded.kind][1]]
+    try:
+        store.register(get_types_from_msg(text, recorded.kind))
+        fields = [field for field, _ in store.fielddefs[recorded.kind][1]]
+    except Exception as error:  # noqa: BLE001 - whatever nonsense in a text makes it raise
+        raise BagError(f'the definition of {recorded.kind} in the bag must be one of a message '
+                       f'({in_short(error)})') from None
     missing = [field for field in said._fields if field not in fields]
     if missing:
         raise BagError(f'{recorded.kind} must have the fields of this version, and the bag has '

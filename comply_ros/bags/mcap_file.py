@@ -9,7 +9,7 @@ from zlib import crc32
 
 from lz4.frame import LZ4FrameDecompressor
 
-from comply_ros.bags.recorded import BagError, CutOff, Recorded
+from comply_ros.bags.recorded import BagError, CutOff, in_short, Recorded
 
 if sys.version_info >= (3, 14):
     from compression import zstd
@@ -55,7 +55,8 @@ def _messages(content):
             for each in inner:
                 yield from _take(each[0], each[1], schemas, channels)
     except (StructError, KeyError, UnicodeDecodeError, zstd.ZstdError, RuntimeError) as error:
-        raise CutOff(f'ends in the middle or is damaged near byte {place} ({error})') from None
+        raise CutOff(f'ends in the middle or is damaged near byte {place} '
+                     f'({in_short(error)})') from None
     raise CutOff(f'has no end after byte {place}')
 
 

@@ -12,6 +12,12 @@ class CutOff(Exception):  # noqa: N818
     """The end of what can be read of a file, where more should be; the message says why."""
 
 
+def in_short(error):
+    """Text of an exception, on one line whatever is in it."""
+    line = (str(error).splitlines() or [''])[0]
+    return (line if line.isprintable() else repr(line)) or type(error).__name__
+
+
 class Recorded(NamedTuple):
     """
     A message in its bytes.

@@ -5,9 +5,10 @@ from contextlib import closing
 import sqlite3
 from urllib.parse import quote
 
-from comply_ros.bags.recorded import BagError, CutOff, Recorded
+from comply_ros.bags.recorded import BagError, CutOff, in_short, Recorded
 
 MAGIC = b'SQLite format 3\0'
+HEAD = 100  # bytes at the start of every sqlite3 file
 
 
 def read_sqlite(path):
@@ -22,21 +23,29 @@ def read_sqlite(path):
 
     """
     with path.open('rb') as file:
-        start = file.read(len(MAGIC))
+        start = file.read(HEAD)
     if not start:
         raise CutOff('is empty')
-    if start != MAGIC[:len(start)]:
-        raise BagError(f'an sqlite3 file must begin with {MAGIC!r}, got {start!r}')
+    if start[:len(MAGIC)] != MAGIC[:len(start)]:
+        raise BagError(f'an sqlite3 file must begin with {MAGIC!r}, got {start[:len(MAGIC)]!r}')
     try:
         with closing(sqlite3.connect(f'file:{quote(str(path))}?mode=ro', uri=True)) as base:
-            yield from _messages(base)
+            yield from _messages(base, path.stat().st_size < _size(start))
     except sqlite3.DatabaseError as error:
-        raise CutOff(f'ends in the middle or is damaged ({error})') from None
+        raise CutOff(f'ends in the middle or is damaged ({in_short(error)})') from None
 
 
-def _messages(base):
+def _size(start):
+    """Return the bytes that a file must have, by its head: page size and number of pages."""
+    page = int.from_bytes(start[16:18], 'big')
+    return (1 << 16 if page == 1 else page) * int.from_bytes(start[28:32], 'big') or HEAD
+
+
+def _messages(base, is_short):
     base.execute('PRAGMA writable_schema=ON')  # else sqlite refuses a file that is too short
-    tables = {name for name, in base.execute('SELECT name FROM sqlite_master')}
+    tables = {str(name) for name, in base.execute('SELECT name FROM sqlite_master')}
+    if is_short and not {'topics', 'messages'} <= tables:
+        raise CutOff('ends before its tables')
     if not {'topics', 'messages'} <= tables:
         raise BagError('an sqlite3 bag must have the tables topics and messages, '
                        f'got {", ".join(sorted(tables)) or "none"}')
