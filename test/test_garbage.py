@@ -291,7 +291,7 @@ def test_a_mentor_that_watches_overhears_what_the_world_refuses(wrong):
 
 
 def test_a_world_with_a_wrong_hash_is_refused_before_its_ways_are_searched(monkeypatch):
-    monkeypatch.setattr(grid, '_cells_that_reach_a_goal', None)
+    monkeypatch.setattr(grid, 'reaching', None)
     with pytest.raises(ValueError, match='sha256 must be that of the world'):
         grid_of(describe(BAR, 'bar', 7)._replace(sha256='x'))
 
