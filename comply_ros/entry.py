@@ -69,6 +69,11 @@ def topic():
     return _start('nodes.topic', interrupted=0)
 
 
+def dashboard():
+    """Serve a page on which a lesson is seen, and a person is its mentor."""
+    return _start('dashboard.serving', interrupted=0)
+
+
 def train():
     """Run the same learning in one process."""
     code = _start('experiments.train', interrupted=130)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The house: nodes -> bags -> session -> core <- session <- experiments, no arrow back."""
+"""The house: dashboard -> nodes -> bags -> session -> core <- experiments; no arrow back."""
 
 import ast
 from pathlib import Path
@@ -24,6 +24,9 @@ MAY_IMPORT = {
              'rosbags', 'lz4', 'backports', 'compression'},
     'nodes': {'comply_ros.core', 'comply_ros.session', 'comply_ros.nodes', 'comply_ros.bags',
               'numpy', 'yaml', 'ament_index_python'} | ROS,
+    'dashboard': {'comply_ros.core', 'comply_ros.session', 'comply_ros.nodes',
+                  'comply_ros.dashboard', 'numpy', 'nicegui', 'fastapi', 'uvicorn', 'std_srvs'}
+    | ROS,
     'benchmarks': {'comply_ros', 'comply_ros.__version__', 'comply_ros.core',
                    'comply_ros.session', 'comply_ros.nodes', 'comply_ros.benchmarks', 'numpy',
                    'yaml', 'rich', 'gymnasium', 'mushroom_rl'}
@@ -62,6 +65,12 @@ def test_core_and_session_work_where_there_is_no_ros():
     code = ('import sys; sys.modules.update(dict.fromkeys(["rclpy", "comply_msgs"]));'
             'import comply_ros.experiments.train')
     assert subprocess.run([sys.executable, '-c', code], check=False).returncode == 0
+
+
+def test_only_the_dashboard_knows_the_page():
+    knowing = {path.parent.name for path in HOUSE.rglob('*.py')
+               if {'nicegui', 'fastapi', 'uvicorn'} & set(imports(path))}
+    assert knowing == {'dashboard'}
 
 
 def test_a_node_does_not_import_the_compiler_or_the_drawing():

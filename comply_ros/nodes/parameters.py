@@ -103,11 +103,22 @@ MAP_RATE = Parameter(
     'map_rate', 1.0, 'How often a second maps and arrows are shown, if they changed', 0.01, 100)
 TRAIL_LENGTH = Parameter(
     'trail_length', 1000, 'Points of the trail of an episode, at most', 1, 100_000)
+ADDRESS = Parameter(
+    'address', 'localhost', 'Address that the page is served on; one that other machines reach, '
+    'such as 0.0.0.0, asks for the token')
+PORT = Parameter('port', 8080, 'Port that the page is served on; 0: any free one', 0, 65535)
+TOKEN = Parameter(
+    'token', '', 'What a page has to know before it sees anything; empty: none is asked for on '
+    'localhost, elsewhere one is made and printed')
+TEACH = Parameter(
+    'teach', True, 'Whether a person teaches on the page, as the node mentor; false: the page '
+    'only watches')
 FAULTS = tuple(Parameter(each.name, each.default, **each.metadata) for each in fields(Faults))
 
 OURS = (MAP, PROFILE, SEED, RATE, METHOD, MENTOR, BUDGET, ADVISING, MAP_PERIOD,
         REMEMBERS_ADVICE, ADVICE_TIMEOUT, PATIENCE, POLICY_FILE, STATE_DIR, BAG, TOPICS, KEPT,
-        FRAME, CELL_SIZE, ROBOT_RATE, MAP_RATE, TRAIL_LENGTH, *FAULTS)
+        FRAME, CELL_SIZE, ROBOT_RATE, MAP_RATE, TRAIL_LENGTH, ADDRESS, PORT, TOKEN,
+        TEACH, *FAULTS)
 ROS = {'use_sim_time', 'start_type_description_service'}
 
 

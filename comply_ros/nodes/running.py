@@ -21,19 +21,20 @@ class CommandLineError(ValueError):
     """ROS arguments that rclpy cannot read."""
 
 
-def run_node(make_node, argv, mistakes):
+def run_node(make_node, argv, mistakes, spin=None):
     """
     Spin a node until it is interrupted; return the exit code of the process.
 
     make_node: called without arguments; its `mistake` ends it, and it may `leave` at the end.
     argv: the command line.
     mistakes: exception types whose message is for the user: printed on one line, exit code 2.
+    spin: called with the node and the `Stop` instead of spinning it in the ordinary way.
 
     """
     try:
         with interrupts() as stop:
             _init(argv)
-            _spin(make_node(), stop)
+            (spin or _spin)(make_node(), stop)
     except (CommandLineError, *mistakes) as mistake:
         print(f'{Path(argv[0]).name}: {mistake}', file=sys.stderr)
         return 2

@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The learning curve, with the optimal and the mentor's level."""
+
+import time
+
+from nicegui import ui
+
+from comply_ros.dashboard.curve import Curve
+from comply_ros.dashboard.curve_drawing import curve_options
+
+LEAST = 0.4  # seconds between two drawings: a chart is more work for a browser than a grid
+
+
+class CurvePanel:
+    """Chart, and its last point in words."""
+
+    def __init__(self):
+        self._shown, self._next = None, 0.0
+        with ui.column().classes('panel'):
+            ui.label('Learning').classes('panel-title')
+            self._words = ui.label().classes('number').mark('progress')
+            self._chart = ui.echart(curve_options(Curve(), None, None)).classes('w-full').style(
+                'height: 230px')
+            self._levels = ui.label().classes('soft number').mark('levels')
+
+    def renew(self, view):
+        """Show a `View`."""
+        heard = view.sight.heard
+        shown, now = (heard.curve, *view.levels), time.monotonic()
+        self._words.text = progress_words(heard)
+        self._levels.text = level_words(*view.levels)
+        self._levels.visible = bool(self._levels.text)
+        if shown != self._shown and now >= self._next:
+            self._shown, self._next = shown, now + LEAST
+            self._chart.options.clear()
+            self._chart.options.update(curve_options(*shown))
+            self._chart.update()
+
+
+def progress_words(heard):
+    """Sentence on the last iteration."""
+    said = heard.progress
+    if said is None:
+        return 'No iteration has ended yet.'
+    of = f' of {said.iterations}' if said.iterations else ''
+    trust = '' if said.confidence != said.confidence else f', trust {said.confidence:.2f}'
+    return f'iteration {said.iteration}{of}: mean return {said.mean_return:.2f}{trust}'
+
+
+def level_words(optimal, mentor):
+    """Words on what the curve is measured against."""
+    parts = [f'{what} earns {value:.2f} an episode' for what, value in (
+        ('The best policy', optimal), ('the mentor alone', mentor)) if value is not None]
+    return ', '.join(parts)
