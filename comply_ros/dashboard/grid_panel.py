@@ -70,7 +70,8 @@ class GridPanel:
                 size=(width, height), content=draw_cells(world), sanitize=False,
                 on_mouse=self._hear_pointer if self._teacher else None,
                 events=['mousedown', 'mousemove', 'mouseup'] if self._teacher else [])
-        self._image.classes('world').mark('world').style(f'--shape: {width / height:.4f}')
+        self._image.classes('world').mark('world').style(
+            f'--shape: {width / height:.4f}; --tall: {"55vh" if self._teacher else "70vh"}')
         if self._teacher:
             self._image.classes('painting')
         self._layers = {name: self._image.add_layer() for name in ('advice', 'own', 'robot')}

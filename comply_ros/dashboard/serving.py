@@ -39,8 +39,8 @@ def spin_with_page(watcher, stop):
         watcher.get_logger().info(f'ready: {link(watcher.address, listening, token)}')
         while rclpy.ok() and not stop.is_set():
             watcher.look()
-            if teacher and teacher.mentor.mistake:
-                raise teacher.mentor.mistake
+            if teacher and teacher.mistake:
+                raise teacher.mistake
 
 
 @contextmanager

@@ -16,12 +16,13 @@ body { background: var(--page); color: var(--ink); }
 .panel { width: 100%; gap: 8px; padding: 12px 14px; border-radius: 10px; box-shadow: none;
          border: 1px solid var(--line); background: var(--cell); flex-wrap: nowrap; }
 .q-item.panel-title { min-height: 0; }
+.q-item.panel-title .q-item__label { white-space: nowrap; }
 .panel-title { font-size: 0.78rem; font-weight: 600; letter-spacing: 0.05em; color: var(--soft);
                text-transform: uppercase; }
 .soft { color: var(--soft); font-size: 0.85rem; }
 .number { font-variant-numeric: tabular-nums; }
 .grow { flex: 1 1 auto; min-width: 0; }
-.world { width: 100%; max-width: min(100%, calc(var(--shape) * 68vh)); margin: 0 auto;
+.world { width: 100%; max-width: min(100%, calc(var(--shape) * var(--tall))); margin: 0 auto;
          touch-action: none; user-select: none; }
 .world svg { overflow: visible; }
 .world.painting { cursor: crosshair; }

@@ -16,11 +16,12 @@ class Teacher:
     Attributes
     ----------
     mentor: the `PersonMentor`.
+    mistake: an exception that ended its thread, None while all is well.
 
     """
 
     def __init__(self, mentor):
-        self.mentor, self._ends = mentor, False
+        self.mentor, self.mistake, self._ends = mentor, None, False
 
     @property
     def patience(self):
@@ -50,6 +51,11 @@ class Teacher:
     def _spin(self):
         executor = EventsExecutor()
         executor.add_node(self.mentor)
-        while not self._ends and not self.mentor.mistake:
-            executor.spin_once(timeout_sec=LOOK)
-        executor.shutdown()
+        try:
+            while not self._ends and not self.mentor.mistake:
+                executor.spin_once(timeout_sec=LOOK)
+            self.mistake = self.mentor.mistake
+        except Exception as error:  # noqa: BLE001 - the main thread raises it
+            self.mistake = error
+        finally:
+            executor.shutdown()
