@@ -8,7 +8,7 @@ import time
 import xml.etree.ElementTree as ElementTree
 
 from ament_index_python import get_package_share_directory
-from nodes import DEADLINE, nodes, wait_until
+from nodes import DEADLINE, log_has, nodes, wait_until
 import pytest
 import rclpy
 from rclpy.node import Node
@@ -141,9 +141,32 @@ def test_a_policy_is_one_enclave_with_one_node_and_no_wildcard(name):
     assert not any('*' in full for _, full in granted(name))
 
 
+@pytest.fixture
+def page(domain, tmp_path):
+    """Run a dashboard that teaches."""
+    with nodes(tmp_path, dashboard=['-p', 'port:=0']) as running:
+        wait_until(log_has(running['dashboard'], 'ready: '), 'page')
+        yield
+
+
+def test_the_policy_of_the_dashboard_grants_exactly_what_its_two_nodes_use(page):
+    context = rclpy.Context()
+    rclpy.init(context=context)
+    node = Node('test', context=context)
+    try:
+        for profile in policy('dashboard').iterfind('enclaves/enclave/profiles/profile'):
+            name = profile.get('node')
+            allowed = {(verb, full_name(each.text, '/', name))
+                       for rule in profile for verb in rule.keys() for each in rule}
+            wait_until(lambda: allowed <= used(node, name, '/'), f'all that {name} may use')
+            assert used(node, name, '/') == allowed
+    finally:
+        rclpy.try_shutdown(context=context)
+
+
 def test_the_policies_are_installed():
     folder = Path(get_package_share_directory('comply_ros')) / 'config' / 'security'
     assert {path.name for path in folder.iterdir()} == {
-        f'{name}.policy.xml' for name in (*NODES, *OTHERS)}
+        f'{name}.policy.xml' for name in (*NODES, *OTHERS, 'dashboard')}
     for path in folder.iterdir():
         assert path.read_bytes() == (FOLDER / path.name).read_bytes()

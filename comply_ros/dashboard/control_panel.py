@@ -17,20 +17,21 @@ class ControlPanel:
         with ui.column().classes('panel'):
             with ui.row().classes('w-full items-center gap-3'):
                 ui.label('Control').classes('panel-title grow')
-                self._measured = ui.label().classes('soft number').mark('rate')
+                self._measured = ui.label().classes('soft number').props('data-testid=rate')
             with ui.row().classes('w-full items-center gap-2'):
-                self._pause = ui.button(icon='pause', on_click=self._hear_pause).mark('pause')
+                self._pause = ui.button(icon='pause', on_click=self._hear_pause).props(
+                    'data-testid=pause')
                 self._step = ui.button('Step', icon='skip_next', on_click=self._hear_step).props(
-                    'outline').mark('step')
+                    'outline').props('data-testid=step')
                 ui.element('div').classes('grow')
                 ui.button('Reset', icon='restart_alt', on_click=self._ask_reset).props(
-                    'outline color=negative').mark('reset')
+                    'outline color=negative').props('data-testid=reset')
             with ui.row().classes('w-full items-center gap-3 no-wrap'):
                 self._speed = ui.slider(min=0, max=len(SPEEDS) - 1, step=1, value=0).props(
-                    'dense aria-label=speed').classes('grow').mark('speed')
+                    'dense aria-label=speed').classes('grow').props('data-testid=speed')
                 self._speed.on('change', self._hear_speed)
-                self._wanted = ui.label().classes('soft number').style('width: 8.5rem').mark(
-                    'speed-words')
+                self._wanted = ui.label().classes('soft number').style('width: 8.5rem').props(
+                    'data-testid=speed-words')
         self._dialog = self._make_dialog()
 
     def renew(self, view):
@@ -67,7 +68,7 @@ class ControlPanel:
             with ui.row().classes('w-full justify-end gap-2'):
                 ui.button('Cancel', on_click=lambda: dialog.submit(False)).props('flat')
                 ui.button('Reset', on_click=lambda: dialog.submit(True)).props(
-                    'color=negative').mark('really')
+                    'color=negative').props('data-testid=really')
         return dialog
 
     async def _ask_reset(self):

@@ -62,9 +62,10 @@ def _name(name, value):
 
 
 def _axis(name, low, high, place, gap, lines):
-    return {'type': 'value', 'name': name, 'min': low, 'max': high, 'nameLocation': place,
-            'nameGap': gap, 'nameTextStyle': {'color': GREY}, 'axisLabel': {'color': GREY},
-            'axisLine': {'show': not lines, 'lineStyle': {'color': GREY}}, 'minInterval': 1,
+    return {'type': 'value', 'minInterval': 1, 'min': low, 'max': high,
+            'name': name, 'nameLocation': place, 'nameGap': gap,
+            'nameTextStyle': {'color': GREY}, 'axisLabel': {'color': GREY},
+            'axisLine': {'show': not lines, 'onZero': False, 'lineStyle': {'color': GREY}},
             'splitLine': {'show': lines, 'lineStyle': {'color': GREY, 'opacity': 0.2}}}
 
 

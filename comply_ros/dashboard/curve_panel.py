@@ -18,10 +18,10 @@ class CurvePanel:
         self._shown, self._next = None, 0.0
         with ui.column().classes('panel'):
             ui.label('Learning').classes('panel-title')
-            self._words = ui.label().classes('number').mark('progress')
+            self._words = ui.label().classes('number').props('data-testid=progress')
             self._chart = ui.echart(curve_options(Curve(), None, None)).classes('w-full').style(
                 'height: 230px')
-            self._levels = ui.label().classes('soft number').mark('levels')
+            self._levels = ui.label().classes('soft number').props('data-testid=levels')
 
     def renew(self, view):
         """Show a `View`."""

@@ -33,8 +33,8 @@ class GridPanel:
         with ui.column().classes('panel'):
             with ui.row().classes('w-full items-center gap-3'):
                 ui.label('World').classes('panel-title')
-                self._turn = ui.label().classes('soft number grow').mark('turn')
-                self._own = ui.switch("learner's arrows").props('dense').mark('own')
+                self._turn = ui.label().classes('soft number grow').props('data-testid=turn')
+                self._own = ui.switch("learner's arrows").props('dense').props('data-testid=own')
             self._place = ui.element('div').classes('w-full')
             with ui.row().classes('items-center gap-2 soft'):
                 ui.label("mentor's arrows: not trusted")
@@ -70,7 +70,7 @@ class GridPanel:
                 size=(width, height), content=draw_cells(world), sanitize=False,
                 on_mouse=self._hear_pointer if self._teacher else None,
                 events=['mousedown', 'mousemove', 'mouseup'] if self._teacher else [])
-        self._image.classes('world').mark('world').style(
+        self._image.classes('world').style(
             f'--shape: {width / height:.4f}; --tall: {"55vh" if self._teacher else "70vh"}')
         if self._teacher:
             self._image.classes('painting')

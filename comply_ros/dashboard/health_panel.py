@@ -28,7 +28,7 @@ class HealthPanel:
         with self._panel, ui.element('div').classes('node'):
             dot = ui.element('div').classes('dot')
             ui.label(name)
-            return dot, ui.label().classes('words').mark(f'health-{name}')
+            return dot, ui.label().classes('words').props(f'data-testid=health-{name}')
 
 
 def health_words(view, name):

@@ -27,7 +27,7 @@ class MentorPanel:
         with ui.column().classes('panel'):
             with ui.row().classes('w-full items-center gap-3'):
                 ui.label('You are the mentor').classes('panel-title grow')
-                self._trust = ui.label().classes('number').mark('trust')
+                self._trust = ui.label().classes('number').props('data-testid=trust')
             self._make_brush()
             with ui.row().classes('w-full items-center gap-2'):
                 self._make_generator()
@@ -48,10 +48,10 @@ class MentorPanel:
             tools = ui.toggle(TOOLS, value=FOLLOW, on_change=lambda event: setattr(
                 self._brush, 'tool', event.value))
             tools.props('no-caps dense unelevated toggle-color=primary padding="4px 12px"')
-            tools.mark('tools')
+            tools.props('data-testid=tools')
             ui.space()
             ui.button('Clear', icon='layers_clear', on_click=self._clear).props(
-                'flat dense no-caps').mark('clear')
+                'flat dense no-caps').props('data-testid=clear')
         ui.label('Drag over cells: arrows follow the pointer, or are those of the tool. '
                  'A click turns an arrow.').classes('soft')
 
@@ -61,21 +61,21 @@ class MentorPanel:
             on_rejected=lambda: complain(f'a policy file must have at most {LARGEST} bytes'))
         self._upload.classes('hidden')
         ui.button('Load', icon='upload', on_click=lambda: self._upload.run_method(
-            'pickFiles')).props('flat dense no-caps').mark('load')
+            'pickFiles')).props('flat dense no-caps').props('data-testid=load')
         ui.button('Save', icon='download', on_click=self._save).props(
-            'flat dense no-caps').mark('save')
+            'flat dense no-caps').props('data-testid=save')
 
     def _make_generator(self):
         kinds = [kind for kind in KINDS if kind not in ('file', 'none')]
         self._kind = ui.select(kinds, value='snapshot').props(
-            'dense outlined options-dense aria-label="kind of mentor"').mark('kind')
+            'dense outlined options-dense aria-label="kind of mentor"').props('data-testid=kind')
         self._value = ui.number(value=0.75, min=0, max=1, step=0.05).props(
-            'dense outlined aria-label="quality or noise"').style('width: 5rem').mark('value')
+            'dense outlined aria-label="quality or noise"').style('width: 5rem')
         self._value.bind_visibility_from(self._kind, 'value', lambda kind: ':' in KINDS[kind])
         self._seed = ui.number(value=0, min=0, precision=0, prefix='seed').props(
             'dense outlined aria-label=seed').style('width: 6rem')
         self._use = ui.button('Start from it', on_click=self._generate).props(
-            'outline dense no-caps padding="4px 10px"').mark('generate')
+            'outline dense no-caps padding="4px 10px"').props('data-testid=generate')
 
     def _make_spoiler(self):
         with ui.row().classes('w-full items-center gap-3 no-wrap'):
@@ -85,11 +85,11 @@ class MentorPanel:
             ui.label().classes('soft number').style('width: 6.5rem').bind_text_from(
                 share, 'value', lambda value: f'{value:.0f} % of states')
             ui.button('Spoil', icon='casino', on_click=lambda: self._spoil(
-                share.value / 100)).props('outline dense no-caps padding="4px 10px"').mark('spoil')
+                share.value / 100)).props('outline dense no-caps padding="4px 10px" data-testid=spoil')
 
     def _make_steering(self):
         with ui.row().classes('w-full items-center gap-3 no-wrap'):
-            self._steering = ui.switch('steer with the arrow keys').props('dense').mark('steering')
+            self._steering = ui.switch('steer with the arrow keys').props('dense')
             self._steering.on('update:model-value', lambda: say_if_refused(
                 self._teacher.take_the_wheel(self._steering.value)))
             self._patience = ui.label().classes('soft')

@@ -2,6 +2,7 @@
 """The executable `dashboard`: ROS in the main thread, the page in one, the mentor in another."""
 
 from contextlib import contextmanager, ExitStack
+from importlib.util import find_spec
 import re
 import secrets
 import socket
@@ -32,6 +33,7 @@ def spin_with_page(watcher, stop):
     """Serve the page, and look at the lesson, until there is a Ctrl-C or a mistake."""
     with ExitStack() as ends:
         ends.callback(watcher.leave)
+        check_library()
         token = checked_token(watcher.address, watcher.token)
         listening = ends.enter_context(listen(watcher.address, watcher.port))
         teacher = ends.enter_context(teaching()) if watcher.teach else None
@@ -41,6 +43,20 @@ def spin_with_page(watcher, stop):
             watcher.look()
             if teacher and teacher.mistake:
                 raise teacher.mistake
+
+
+def check_library():
+    """
+    Return if the library of the page is there.
+
+    Raises
+    ------
+    ParameterError: with what to install, if it is not: no ROS installation brings it.
+
+    """
+    if find_spec('nicegui') is None:
+        raise ParameterError('the page needs the Python package nicegui, and it is not installed: '
+                             'requirements/python.txt names the version')
 
 
 @contextmanager

@@ -23,7 +23,7 @@ class SettingsPanel:
         self._watcher, self._shown, self._inputs = watcher, {}, {}
         with ui.element('div').classes('panel'), ui.expansion(
                 "Learner's parameters").classes('w-full').props(
-                'dense dense-toggle header-class="panel-title q-px-none"').mark('settings'):
+                'dense dense-toggle header-class="panel-title q-px-none" data-testid=settings'):
             self._search = ui.input(placeholder='search', on_change=self._filter).props(
                 'dense clearable').classes('w-full')
             self._place = ui.column().classes('w-full gap-3').style(
@@ -54,7 +54,7 @@ class SettingsPanel:
                 ui.label(name.replace('_', ' ')).classes('setting-name')
                 ui.label(text).classes('setting-text')
             element = self._element(value, choices)
-        element.mark(f'set-{name}').props(f'aria-label="{name}"')
+        element.props(f'data-testid=set-{name}').props(f'aria-label="{name}"')
         self._inputs[name] = element, (row, f'{name} {text}'.replace('_', ' ').lower())
         event = 'update:model-value' if choices or isinstance(value, bool) else 'change'
         element.on(event, lambda: self._set(name))

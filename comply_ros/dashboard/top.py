@@ -3,7 +3,7 @@
 
 from nicegui import ui
 
-from comply_ros.dashboard.watcher import EXPECTED
+from comply_ros.dashboard.watcher import EXPECTED, SILENT
 
 COLOURS = {'runs': 'positive', 'paused': 'warning', 'stands still': 'negative'}
 START = {'grid_world': 'scripts/run grid_world', 'mentor': 'scripts/run mentor',
@@ -17,12 +17,12 @@ class Top:
         with ui.row().classes('w-full items-center gap-3 no-wrap'):
             ui.label('comply_ros').classes('text-lg font-semibold')
             self._world = ui.label().classes('soft grow ellipsis')
-            self._state = ui.badge().props('outline').classes('number').mark('state')
+            self._state = ui.badge().props('outline').classes('number').props('data-testid=state')
             self._dark = ui.dark_mode(None)
             with ui.button(icon='contrast', on_click=self._next_dark).props(
                     'flat round dense color=grey aria-label="light or dark"'):
                 ui.tooltip('light or dark')
-        self._alarm = ui.label().classes('alarm').props('role=alert').mark('alarm')
+        self._alarm = ui.label().classes('alarm').props('role=alert').props('data-testid=alarm')
 
     def renew(self, view):
         """Show a `View`."""
@@ -61,5 +61,7 @@ def _missing(view, name):
     if view.lives(name):
         return ''
     silent = view.silent(name)
+    if silent is None and view.at - view.began < SILENT:
+        return ''  # it speaks once a second, and may not have had its turn yet
     since = 'is not heard' if silent is None else f'has been silent for {silent:.0f} s'
     return f'The {name} {since}: start it with {START[name]}.'

@@ -58,7 +58,7 @@ class View(NamedTuple):
     levels: (optimal, mentor): expected returns; None where not known or nobody advises.
     health: table of `Status` by name of the node.
     settings: table by node of tables of `Setting` by name.
-    at: when that was, in seconds of the monotonic clock.
+    at, began: when that was, and when it was begun to look, in seconds of the monotonic clock.
 
     """
 
@@ -67,6 +67,7 @@ class View(NamedTuple):
     health: dict = {}
     settings: dict = {}
     at: float = 0.0
+    began: float = 0.0
 
     def silent(self, name):
         """Seconds since a node was heard; None where it never was."""
@@ -101,7 +102,7 @@ class Watcher(SturdyNode):
             declare(self, each) for each in (ADDRESS, PORT, TOKEN, TEACH))
         for unknown in unknown_overrides(self):
             self.get_logger().warning(f'parameter {unknown!r} is unknown and has no effect')
-        self.view, self.mistake = View(), None
+        self.view, self.mistake, self._began = View(), None, time.monotonic()
         self._onlooker, self._levels = Onlooker(), Levels()
         self._health, self._second = {}, 0.0
         self.settings = {name: Settings(name, names) for name, names in (
@@ -127,7 +128,7 @@ class Watcher(SturdyNode):
         sight = self._onlooker.sight
         self.view = View(sight, self._levels.of(sight.world, sight.heard.advice),
                          {**self._health}, {name: each.now for name, each in
-                                            self.settings.items()}, now)
+                                            self.settings.items()}, now, self._began)
 
     def leave(self):
         """End the executor: the node ends."""
