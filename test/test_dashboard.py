@@ -97,9 +97,10 @@ def test_the_world_pauses_steps_and_begins_anew(domain, tmp_path, chromium):
         wait_until(lambda: text_of(page, 'turn') != before[0], 'step')
         page.get_by_test_id('reset').click()
         page.get_by_test_id('really').click()
-        wait_for(page, 'turn', 'episode 1, step 0')
         wait_for(page, 'progress', 'No iteration')
-        assert text_of(page, 'state') == 'paused'
+        assert text_of(page, 'turn') == '' and text_of(page, 'state') == 'paused'
+        page.get_by_test_id('step').click()
+        wait_for(page, 'turn', 'episode 1, step 0')
         page.get_by_test_id('pause').click()
         wait_for(page, 'state', 'runs')
 
@@ -108,7 +109,8 @@ def test_speed_and_the_parameters_of_the_learner_change_while_it_runs(domain, tm
     with taught(tmp_path) as (_, address):
         page = opened(chromium, address)
         wait_for(page, 'speed-words', '300 steps a second')
-        page.get_by_test_id('speed').get_by_role('slider').press('End')
+        for _ in range(3):
+            page.get_by_label('speed').press('ArrowRight')
         wait_for(page, 'speed-words', 'as fast as it goes')
         page.get_by_test_id('settings').get_by_text("Learner's parameters").click()
         discount = page.get_by_label('discount', exact=True)
