@@ -85,7 +85,8 @@ class MentorPanel:
             ui.label().classes('soft number').style('width: 6.5rem').bind_text_from(
                 share, 'value', lambda value: f'{value:.0f} % of states')
             ui.button('Spoil', icon='casino', on_click=lambda: self._spoil(
-                share.value / 100)).props('outline dense no-caps padding="4px 10px" data-testid=spoil')
+                share.value / 100)).props(
+                    'outline dense no-caps padding="4px 10px" data-testid=spoil')
 
     def _make_steering(self):
         with ui.row().classes('w-full items-center gap-3 no-wrap'):
