@@ -106,7 +106,10 @@ def caller():
     """Give a `Caller` in a context of its own."""
     context = rclpy.Context()
     rclpy.init(context=context)
+    node = Caller(context)
     try:
-        yield Caller(context)
+        yield node
     finally:
+        node.executor_.remove_node(node)
+        node.destroy_node()
         rclpy.try_shutdown(context=context)

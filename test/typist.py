@@ -56,7 +56,10 @@ class Typist:
 
     def sees(self, text):
         """Wait until the page has a text."""
-        wait_until(lambda: text in self.page(), f'{text!r} on the page')
+        try:
+            wait_until(lambda: text in self.page(), f'{text!r} on the page')
+        except AssertionError as error:
+            raise AssertionError(f'{error}, but\n{self.page()}') from None
 
     def end(self):
         """Return the exit code, and whether the terminal is as it was."""
