@@ -68,7 +68,7 @@ def test_the_learner_answers_the_first_state_in_any_order(order):
             'advice': actor.hear_recommendation}
     said = [answer for name in order for answer in hear[name](FIRST[name])]
     actions = [each for each in said if isinstance(each, Action)]
-    assert actions == [Action(RUN, 1, 0, 3, True, 1.0, learner=1)]
+    assert actions == [Action(RUN, 1, 0, 3, True, 1.0, learner=1, advice=3)]
     assert not [each for each in said if isinstance(each, Refused)]
 
 

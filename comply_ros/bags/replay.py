@@ -72,8 +72,11 @@ def sentence(told):
              f'{told.last[0]}, turn {told.last[1]}')
     digest = (f'the same {told.digests} digest{"s" * (told.digests > 1)}, the last {told.digest}'
               if told.digests else 'no digest was recorded')
-    end = '' if told.finished else '; its learning had not ended'
-    return f'the same: {who}, {where}; {digest}{end}'
+    remarks = [text for text, is_so in (
+        (f'{told.inferred} more are not in the bag, and follow from its states', told.inferred),
+        (f'the advice of {told.unheard} is not in the bag', told.unheard),
+        ('its learning had not ended', not told.finished)) if is_so]
+    return '; '.join((f'the same: {who}, {where}', digest, *remarks))
 
 
 def shown(conversation, program):

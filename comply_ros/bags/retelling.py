@@ -17,6 +17,7 @@ from comply_ros.core.grid import NO_ACTION
 from comply_ros.core.learner_actor import LearnerActor
 from comply_ros.core.method import Method, MethodError
 
+BEGIN = (1, 0)  # turn in which a run begins
 TRIES = 3  # times that a question is asked: one in the middle of a run is taken the second time
 
 
@@ -32,7 +33,8 @@ class Ear:
     ----------
     worlds: `WorldDescription` by run.
     states: `StateReward` by run and turn.
-    advised: actions that were recommended, by run and state, the newest last.
+    advised: actions that were recommended, or are in the mentor's policy, by run and state, the
+        newest last.
 
     """
 
@@ -46,10 +48,16 @@ class Ear:
         elif topic == 'state':
             self.states.setdefault((said.run, turn(said)), said)
         elif topic == 'recommendation':
-            actions = self.advised.setdefault((said.run, said.state), [])
-            if said.action in actions:
-                actions.remove(said.action)
-            actions.append(said.action)
+            self._advise(said.run, said.state, said.action)
+        elif topic == 'mentor_policy':
+            for state, action in enumerate(said.action):
+                self._advise(said.run, state, action)
+
+    def _advise(self, run, state, action):
+        actions = self.advised.setdefault((run, state), [])
+        if action in actions:
+            actions.remove(action)
+        actions.append(action)
 
     def forget(self, run, until):
         """Forget the states of a run up to a turn."""
@@ -87,6 +95,8 @@ class Retelling:
     ----------
     described: as given.
     same: answers that were the same.
+    inferred: answers that are not in the bag, but the states that they led to are.
+    unheard: answers whose advice is not in the bag.
     digests: digests that were the same; `digest` is the last of them.
     first, last: (run, turn) of the first and the last answer, None before.
     finished: whether it has done all its iterations.
@@ -95,7 +105,8 @@ class Retelling:
 
     def __init__(self, described, ear):
         self.described, self._ear = described, ear
-        self.same, self.digests, self.digest = 0, 0, None
+        self.same, self.inferred, self.unheard = 0, 0, 0
+        self.digests, self.digest = 0, None
         self.first, self.last, self._ended = None, None, False
         self._later, self._progress = [], {}
         self._actor = LearnerActor(method_of(described), described.seed, False,
@@ -125,7 +136,7 @@ class Retelling:
         here = answered.run, turn(answered)
         if self.last and self.last[0] == here[0] and here[1] <= self.last[1]:
             return  # said again, as it may be
-        self._check_order(here)
+        self._catch_up(here)
         said = self._answer(self._question(here), answered.advice)
         if repr(said) != repr(answered):
             raise Differs(f'on topic action, in run {here[0]}, turn {here[1]}, was recorded '
@@ -155,19 +166,32 @@ class Retelling:
         due = [each for each in self._later if each.turns == self._actor.turns + 1]
         if not due or self.last is None:
             return
-        run, (episode, step) = self.last
-        later = (run, (episode + 1, 0)) if self._ended else (run, (episode, step + 1))
-        asked = self._question(later)
-        self._answer(asked, self._ear.advised.get((run, asked.state), [NO_ACTION])[-1])
-        self._went_on(later, asked)
+        self._infer(self.last[0], self._next())
 
-    def _check_order(self, here):
-        if self.last is None or self.last[0] != here[0]:
-            return
+    def _catch_up(self, here):
+        """Change by what was answered before this turn, and is not in the bag."""
+        run, until = here
+        if self.last is None or self.last[0] != run:
+            following = BEGIN if (run, BEGIN) in self._ear.states else until
+        else:
+            following = self._next()
+        while following < until:
+            self._infer(run, following)
+            self.inferred += 1
+            following = self._next()
+        if following != until:
+            raise Differs(f'run {run} goes on in turn {until}, where {following} should be')
+
+    def _next(self):
+        """Return the turn that follows the last one."""
         episode, step = self.last[1]
-        if here[1] != ((episode + 1, 0) if self._ended else (episode, step + 1)):
-            raise Differs(f'run {here[0]} goes from turn {self.last[1]} to {here[1]}: what '
-                          'lay between is not in the bag')
+        return (episode + 1, 0) if self._ended else (episode, step + 1)
+
+    def _infer(self, run, here):
+        """Change by a question whose answer is not in the bag."""
+        asked = self._question((run, here))
+        self._answer(asked, self._ear.advised.get((run, asked.state), [NO_ACTION])[-1])
+        self._went_on((run, here), asked)
 
     def _question(self, here):
         if here not in self._ear.states:
@@ -175,8 +199,11 @@ class Retelling:
         return self._ear.states[here]._replace(learner=ANYONE)
 
     def _check_advice(self, answered, state):
-        if answered.advice != NO_ACTION and answered.advice not in self._ear.advised.get(
-                (answered.run, state), ()):
+        heard = self._ear.advised.get((answered.run, state), ())
+        if answered.advice == NO_ACTION or answered.advice in heard:
+            return
+        self.unheard += 1
+        if heard:
             raise Differs(f'in run {answered.run}, turn {turn(answered)}, the learner had the '
                           f'advice {answered.advice} in state {state}, and the bag has no such '
                           'recommendation')

@@ -76,11 +76,13 @@ class Recorder(SturdyNode):
         name = self.resolve_topic_name(name)
         package = message.__module__.partition('.')[0]
         self._bag.add(name, f'{package}/msg/{message.__name__}', offered)
-        write = self._bag.write
+        write, counts = self._bag.write, self._bag.counts
 
         def take(content):
             try:
                 write(name, time.time_ns(), content)
+                if counts[name] == 1:
+                    self.get_logger().info(f'hears {name}')
             except OSError as error:
                 self.mistake = RecordError(self._words(error))
         self.create_subscription(message, name, take, qos, raw=True)

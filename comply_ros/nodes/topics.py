@@ -40,7 +40,7 @@ TRUST = _topic('trust', LATCHED)
 POLICY = _topic('policy', LATCHED)
 VALUES = _topic('values', LATCHED)
 MENTOR_POLICY = _topic('mentor_policy', LATCHED)
-DESCRIPTION = _topic('method', LATCHED)
+DESCRIPTION = _topic('method', REPORTED)
 
 RECOMMEND = 'recommend'  # service of the mentor
 SAVE = 'save'  # service of the learner
