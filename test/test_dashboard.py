@@ -109,8 +109,9 @@ def test_speed_and_the_parameters_of_the_learner_change_while_it_runs(domain, tm
     with taught(tmp_path) as (_, address):
         page = opened(chromium, address)
         wait_for(page, 'speed-words', '300 steps a second')
+        slider = page.get_by_test_id('speed').locator('[tabindex]')
         for _ in range(3):
-            page.get_by_label('speed').press('ArrowRight')
+            slider.press('ArrowRight')
         wait_for(page, 'speed-words', 'as fast as it goes')
         page.get_by_test_id('settings').get_by_text("Learner's parameters").click()
         discount = page.get_by_label('discount', exact=True)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a learning curve is measured against, computed aside."""
 
-import numpy as np
 from nodes import wait_until
+import numpy as np
 import pytest
 from worlds import room
 

@@ -30,7 +30,8 @@ class ControlPanel:
                 self._speed = ui.slider(min=0, max=len(SPEEDS) - 1, step=1, value=0).props(
                     'dense aria-label=speed').classes('grow').props('data-testid=speed')
                 self._speed.on('change', self._hear_speed)
-                self._wanted = ui.label().classes('soft number').style('width: 8.5rem').props(
+                self._wanted = ui.label().classes('soft number').style(
+                    'width: 9.5rem; white-space: nowrap').props(
                     'data-testid=speed-words')
         self._dialog = self._make_dialog()
 

@@ -22,12 +22,12 @@ def show(watcher, teacher):
     with ui.column().classes('frame'):
         panels = [Top()]
         with ui.element('div').classes('columns'):
-            with ui.column().classes('column'):
+            with ui.column().classes('side'):
                 grid = GridPanel(teacher)
                 panels.append(grid)
                 if teacher:
                     panels.append(MentorPanel(teacher, grid.brush))
-            with ui.column().classes('column'):
+            with ui.column().classes('side'):
                 panels += [CurvePanel(), ControlPanel(watcher), HealthPanel(),
                            SettingsPanel(watcher)]
 

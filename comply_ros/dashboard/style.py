@@ -11,7 +11,7 @@ body { background: var(--page); color: var(--ink); }
 .frame { width: 100%; max-width: 1500px; margin: 0 auto; padding: 12px 16px 24px; gap: 12px; }
 .columns { display: grid; width: 100%; gap: 12px; align-items: start;
            grid-template-columns: minmax(0, 1.15fr) minmax(0, 1fr); }
-.column { width: 100%; gap: 12px; flex-wrap: nowrap; }
+.side { width: 100%; gap: 12px; flex-wrap: nowrap; }
 @media (max-width: 1000px) { .columns { grid-template-columns: minmax(0, 1fr); } }
 .panel { width: 100%; gap: 8px; padding: 12px 14px; border-radius: 10px; box-shadow: none;
          border: 1px solid var(--line); background: var(--cell); flex-wrap: nowrap; }
