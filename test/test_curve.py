@@ -50,6 +50,7 @@ def test_the_axis_shows_levels_that_do_not_flatten_what_was_learned():
 
 def test_a_few_first_iterations_do_not_flatten_the_rest():
     assert bounds([-500.0, *[1.0] * 39], [6.0])[0] == 0.0
+    assert bounds([-36.0, *[1.0] * 4], [6.0])[0] == 0.0
 
 
 @pytest.mark.parametrize('values, means', [

@@ -43,7 +43,8 @@ def bounds(returns, levels):
     would look flat: below twice the span of what was learned, the picture is cut.
     """
     high = max([*returns, *levels], default=1.0)
-    learned = sorted(returns)[len(returns) // 20:] or levels or [0.0]
+    worst = max(len(returns) // 20, int(len(returns) >= 5))
+    learned = sorted(returns)[worst:] or levels or [0.0]
     low = min(learned)
     low = min([low, *(level for level in levels if level >= low - 2 * (high - low))])
     margin = 0.06 * (high - low) or 1.0

@@ -15,7 +15,9 @@ body { background: var(--page); color: var(--ink); }
 @media (max-width: 1000px) { .columns { grid-template-columns: minmax(0, 1fr); } }
 .panel { width: 100%; gap: 8px; padding: 12px 14px; border-radius: 10px; box-shadow: none;
          border: 1px solid var(--line); background: var(--cell); flex-wrap: nowrap; }
-.q-item.panel-title { min-height: 0; }
+.q-item.body--dark .q-btn.text-primary { color: #6cbcf0 !important; }
+.body--dark .q-btn.text-negative { color: #ff8f78 !important; }
+.panel-title { min-height: 0; }
 .q-item.panel-title .q-item__label { white-space: nowrap; }
 .panel-title { font-size: 0.78rem; font-weight: 600; letter-spacing: 0.05em; color: var(--soft);
                text-transform: uppercase; }
