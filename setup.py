@@ -6,8 +6,8 @@ from glob import glob
 from setuptools import find_packages, setup
 
 EXECUTABLES = ('grid_world', 'mentor', 'learner', 'teleop_mentor', 'fault_injector', 'viewer',
-               'lesson', 'dashboard', 'train', 'reproduce', 'sweep', 'topic', 'record',
-               'replay', 'plot')
+               'lesson', 'dashboard', 'train', 'reproduce', 'sweep', 'topic', 'service',
+               'param', 'record', 'replay', 'plot')
 
 setup(
     name='comply_ros',

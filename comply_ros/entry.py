@@ -74,6 +74,16 @@ def dashboard():
     return _start('dashboard.serving', interrupted=0)
 
 
+def service():
+    """Look at services, and call one, where there is no `ros2 service`."""
+    return _start('nodes.service', interrupted=0)
+
+
+def param():
+    """Look at parameters, and set them, where there is no `ros2 param`."""
+    return _start('nodes.param', interrupted=0)
+
+
 def train():
     """Run the same learning in one process."""
     code = _start('experiments.train', interrupted=130)

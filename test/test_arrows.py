@@ -13,7 +13,7 @@ import comply_ros
 HOUSE = Path(comply_ros.__file__).parent
 ROS = {'rclpy', 'comply_msgs', 'diagnostic_msgs', 'rcl_interfaces', 'rosidl_parser', 'launch',
        'launch_ros', 'geometry_msgs', 'nav_msgs', 'std_msgs', 'std_srvs',
-       'visualization_msgs'}
+       'visualization_msgs', 'ament_index_python'}
 MAY_IMPORT = {
     'core': {'comply_ros.core', 'numpy', 'numba'},
     'session': {'comply_ros.__version__', 'comply_ros.core', 'comply_ros.session', 'numpy',

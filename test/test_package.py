@@ -20,8 +20,8 @@ KNOWN = {'grid_world': {'map', 'profile', 'seed', 'rate', 'state_dir'},
          'learner': {'method', 'profile', 'seed', 'map_period', 'remembers_advice',
                      'advice_timeout', 'state_dir', *FIELDS}}
 EXECUTABLES = ('grid_world', 'mentor', 'learner', 'teleop_mentor', 'fault_injector', 'viewer',
-               'lesson', 'dashboard', 'train', 'reproduce', 'sweep', 'topic', 'record',
-               'replay', 'plot')
+               'lesson', 'dashboard', 'train', 'reproduce', 'sweep', 'topic', 'service',
+               'param', 'record', 'replay', 'plot')
 
 
 @pytest.mark.parametrize('name', EXECUTABLES)

@@ -93,6 +93,10 @@ def test_scripts_work_from_any_folder(tmp_path):
 
 @pytest.mark.parametrize('argv, handed', [
     (['scripts/topic', 'echo', '--once', '/world'], 'topic echo --once /world'),
+    (['scripts/param', 'set', '/learner', 'confidence', '0.9'],
+     'param set /learner confidence 0.9'),
+    (['scripts/service', 'call', '/recommend', 'comply_msgs/srv/Recommend', '{state: 5}'],
+     'service call /recommend comply_msgs/srv/Recommend {state: 5}'),
     (['scripts/run', 'learner', '--ros-args', '-p', 'seed:=1'],
      'run comply_ros learner --ros-args -p seed:=1')])
 def test_scripts_hand_over_to_ros2_where_it_exists(tmp_path, argv, handed):

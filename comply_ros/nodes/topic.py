@@ -1,68 +1,43 @@
 # SPDX-License-Identifier: Apache-2.0
 """`topic list | info | echo | hz`, for machines without the `ros2` command line."""
 
-import argparse
 from collections import deque
-import os
 import sys
 import time
 
 import rclpy
-from rclpy.executors import ExternalShutdownException
-from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosidl_parser.definition import NamespacedType
+
+from comply_ros.nodes.graph import command_parser, find, QUIET, run_command, settled, type_named
 
 WINDOW = 1000  # messages over which the rate is measured
 OWN = {'/parameter_events', '/rosout'}  # topics that every node has, this one too
 LONGEST = 128  # elements of an array that are printed
-QUIET = 1.2  # seconds without news after which discovery is taken to be complete
-
-
-class TopicError(ValueError):
-    """A topic that is not there; the message names it."""
 
 
 def main(argv):
     """Run the command; return the exit code."""
-    given = _parser().parse_args(argv[1:])
-    rclpy.init()
-    node = Node('_topic')
-    try:
-        return given.run(node, given)
-    except TopicError as mistake:
-        print(f'topic: {mistake}', file=sys.stderr)
-        return 1
-    except (KeyboardInterrupt, ExternalShutdownException):
-        return 0
-    finally:
-        rclpy.try_shutdown()
+    return run_command(_parser(), argv)
 
 
 def _parser():
-    parser = argparse.ArgumentParser('topic', description='Look at topics.')
-    commands = parser.add_subparsers(required=True, metavar='COMMAND')
-    for name, run, text in (('list', show_list, 'names of all topics'),
-                            ('info', show_info, 'who speaks and listens on a topic, and its QoS'),
-                            ('echo', show_messages, 'the messages of a topic, as YAML'),
-                            ('hz', show_rate, 'messages per second of a topic')):
-        command = commands.add_parser(name, help=text)
-        command.set_defaults(run=run)
-        command.add_argument('--timeout', type=float, default=5.0, metavar='SECONDS',
-                             help='how long to look for topics (default: %(default)s)')
-        if name != 'list':
-            command.add_argument('topic')
-        if name == 'echo':
-            command.add_argument('--once', action='store_true', help='stop after one message')
-            command.add_argument('--full-length', action='store_true',
-                                 help=f'print arrays of more than {LONGEST} elements whole')
-    return parser
+    return command_parser('topic', 'Look at topics.', (
+        ('list', show_list, 'names of all topics', {}),
+        ('info', show_info, 'who speaks and listens on a topic, and its QoS', {'topic': {}}),
+        ('echo', show_messages, 'the messages of a topic, as YAML', {
+            'topic': {},
+            '--once': {'action': 'store_true', 'help': 'stop after one message'},
+            '--full-length': {
+                'action': 'store_true',
+                'help': f'print arrays of more than {LONGEST} elements whole'}}),
+        ('hz', show_rate, 'messages per second of a topic', {'topic': {}})))
 
 
 def show_list(node, given):
     """Print the names of all topics."""
-    for name, _ in sorted(_settled(node, node.get_topic_names_and_types, given.timeout,
-                                   lambda seen: set(dict(seen)) - OWN)):
+    for name, _ in sorted(settled(node, node.get_topic_names_and_types, given.timeout,
+                                  lambda seen: set(dict(seen)) - OWN)):
         print(name)
     return 0
 
@@ -73,8 +48,8 @@ def show_info(node, given):
     print(f'Type: {kind}')
     for title, look in (('Publisher', node.get_publishers_info_by_topic),
                         ('Subscription', node.get_subscriptions_info_by_topic)):
-        ends = _settled(node, lambda: [_end(end) for end in look(name)], given.timeout,
-                        lambda seen: 'UNKNOWN' not in ''.join(seen))
+        ends = settled(node, lambda: [_end(end) for end in look(name)], given.timeout,
+                       lambda seen: 'UNKNOWN' not in ''.join(seen))
         print(f'\n{title} count: {len(ends)}')
         for end in sorted(ends):
             print(f'  {end}')
@@ -144,13 +119,11 @@ def _scalar(value):
 def _subscribe(node, given, callback):
     """Subscribe with the QoS that its publishers offer, so that latched messages come too."""
     name, kind = _find(node, given)
-    package, _, message = kind.split('/')
-    module = __import__(f'{package}.msg', fromlist=[message])
     offers = _offers(node, name, given.timeout)
     latched = bool(offers) and all(
         qos.durability == DurabilityPolicy.TRANSIENT_LOCAL for qos in offers)
     reliable = all(qos.reliability == ReliabilityPolicy.RELIABLE for qos in offers)
-    node.create_subscription(getattr(module, message), name, callback, QoSProfile(
+    node.create_subscription(type_named(kind), name, callback, QoSProfile(
         depth=WINDOW,
         durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
         reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT))
@@ -165,22 +138,9 @@ def _offers(node, name, seconds):
 
 
 def _find(node, given):
-    """
-    (name, type) of a topic.
-
-    Raises
-    ------
-    TopicError: if nobody speaks or listens there.
-
-    """
-    name = given.topic if given.topic.startswith('/') else f'/{given.topic}'
-    kinds = dict(_settled(node, node.get_topic_names_and_types, given.timeout,
-                          lambda seen: name in dict(seen)))
-    if name not in kinds:
-        raise TopicError(f'there is no topic {name!r} in ROS domain '
-                         f'{os.environ.get("ROS_DOMAIN_ID", 0)}; '
-                         f'there are {", ".join(sorted(kinds))}')
-    return name, kinds[name][0]
+    """(name, type) of a topic; raises GraphError if nobody speaks or listens there."""
+    return find(node, node.get_topic_names_and_types, given.topic, given.timeout, 'topic',
+                QUIET)
 
 
 def _end(end):
@@ -188,14 +148,3 @@ def _end(end):
     qos = end.qos_profile
     return (f'{end.node_namespace.rstrip("/")}/{end.node_name}: '
             f'{qos.reliability.name.lower()}, {qos.durability.name.lower()}')
-
-
-def _settled(node, look, seconds, is_enough):
-    """Return what `look` sees when it is enough and nothing new comes, or at the end."""
-    end, seen, since = time.monotonic() + seconds, look(), time.monotonic()
-    while time.monotonic() < end and not (is_enough(seen) and time.monotonic() - since > QUIET):
-        rclpy.spin_once(node, timeout_sec=0.05)
-        now = look()
-        if now != seen:
-            seen, since = now, time.monotonic()
-    return seen

@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A mentor of one's own: points to the goal as the crow flies, whatever is in the way."""
+
+from comply_msgs.msg import Recommendation, StateReward, WorldDescription
+import rclpy
+from rclpy.qos import DurabilityPolicy, QoSProfile
+
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+worlds = {}
+
+
+def hear_state(said):
+    """Answer the question of a world that is known; any other is asked again."""
+    if said.run in worlds:
+        publisher.publish(Recommendation(
+            run=said.run, episode=said.episode, step=said.step, state=said.state,
+            action=advice(said.state, worlds[said.run])))
+
+
+def advice(state, world):
+    """Return the action that brings the robot nearer to the goal."""
+    y, x = divmod(state, world.width)
+    goal_y, goal_x = divmod(''.join(reversed(world.rows)).index('G'), world.width)
+    if abs(goal_x - x) > abs(goal_y - y):
+        return Recommendation.RIGHT if goal_x > x else Recommendation.LEFT
+    return Recommendation.UP if goal_y > y else Recommendation.DOWN
+
+
+rclpy.init()
+node = rclpy.create_node('own_mentor')
+publisher = node.create_publisher(Recommendation, 'recommendation', LATCHED)
+node.create_subscription(
+    WorldDescription, 'world', lambda said: worlds.update({said.run: said}), LATCHED)
+node.create_subscription(StateReward, 'state', hear_state, LATCHED)
+try:
+    rclpy.spin(node)
+except KeyboardInterrupt:
+    pass

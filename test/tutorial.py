@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A page with commands, and a class that types them: terminals, Ctrl-C, and what is to be seen."""
+
+import os
+from pathlib import Path
+import re
+import signal
+import subprocess
+from typing import NamedTuple
+
+from nodes import wait_until
+
+TERMINAL = re.compile(r'# terminal (\d+)(: Ctrl-C)?$')
+AGAIN = 'scripts/topic echo'  # what a reader looks at again until it is there
+
+
+class Block(NamedTuple):
+    """
+    A fenced block of commands.
+
+    Attributes
+    ----------
+    line: of the page, from 1.
+    terminal: in which they run on, None where they come to an end.
+    ends: whether what runs in the terminal is ended, and nothing else happens.
+    commands: without comments.
+    expected: lines of the ```text block that follows, () without one.
+
+    """
+
+    line: int
+    terminal: str
+    ends: bool
+    commands: tuple
+    expected: tuple
+
+
+class Fence(NamedTuple):
+    """A fenced block as it is written: its first line on the page, its language, its lines."""
+
+    line: int
+    language: str
+    lines: tuple
+
+
+def fences(text):
+    """Return every `Fence` of a page."""
+    found, begun = [], None
+    for number, line in enumerate(text.splitlines(), 1):
+        if line.startswith('```'):
+            if begun is None:
+                begun = number, line[3:], []
+            else:
+                found.append(Fence(begun[0], begun[1], tuple(begun[2])))
+                begun = None
+        elif begun:
+            begun[2].append(line)
+    assert begun is None, f'line {begun[0]} begins a block without end'
+    return found
+
+
+def blocks(text):
+    """Return every `Block` of a page."""
+    found, all_of_them = [], fences(text)
+    for fence, after in zip(all_of_them, [*all_of_them[1:], None]):
+        if fence.language == 'bash':
+            mark = TERMINAL.match(fence.lines[0])
+            expected = after.lines if after and after.language == 'text' else ()
+            found.append(Block(fence.line, mark and mark[1], bool(mark and mark[2]),
+                               tuple(without_comments(fence.lines)), expected))
+    return found
+
+
+def without_comments(lines):
+    """Yield the commands of the lines."""
+    for line in lines:
+        command = re.sub(r'(^|\s+)# .*', '', line).strip()
+        if command:
+            yield command
+
+
+def pattern(expected):
+    """Pattern of a text in which ... stands for anything, and a line of it for lines."""
+    lines = [r'(?:.*\n)*?' if line.strip() == '...' else
+             re.escape(line.rstrip()).replace(r'\.\.\.', '.*') + r'[ \t]*\n' for line in expected]
+    return re.compile('^' + ''.join(lines), re.MULTILINE)
+
+
+class Class:
+    """
+    Terminals in which a page is typed.
+
+    Parameters
+    ----------
+    folder: in which the commands run.
+    settings: environment variables.
+
+    """
+
+    def __init__(self, folder, **settings):
+        self._folder, self._running = Path(folder), {}
+        self._environment = {**os.environ, 'PYTHONUNBUFFERED': '1', **settings}
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *problem):
+        for terminal in self._running:
+            os.killpg(self._running[terminal].pid, signal.SIGINT)
+        for process in self._running.values():
+            process.wait(20)
+
+    def do(self, block):
+        """Do what a block says, and wait until what is expected is there."""
+        if block.terminal:
+            self._interrupt(block.terminal)
+        if block.terminal and not block.ends:
+            self._run_on(block)
+        elif not block.ends:
+            self._run(block)
+
+    def _interrupt(self, terminal):
+        """Type Ctrl-C, where something runs in a terminal."""
+        process = self._running.pop(terminal, None)
+        if process is None:
+            return
+        os.killpg(process.pid, signal.SIGINT)
+        assert process.wait(20) in (0, 130, -signal.SIGINT), self._output(terminal)
+
+    def _run_on(self, block):
+        command, = block.commands
+        with self._log(block.terminal).open('wb') as output:
+            self._running[block.terminal] = process = subprocess.Popen(
+                ['bash', '-c', f'exec {command}'], cwd=self._folder, stdout=output,
+                env=self._environment, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL,
+                start_new_session=True)
+
+        def seen():
+            said = self._output(block.terminal)
+            assert process.poll() is None, f'{where(block)} ended:\n{said}'
+            return pattern(block.expected).search(said)
+        wait_until(seen, f'{where(block)}\n' + '\n'.join(block.expected))
+
+    def _run(self, block):
+        """Run commands to their end; those that look at a topic again, until it is there."""
+        said = ''
+
+        def seen():
+            nonlocal said
+            said = ''.join(self._said_by(command, block) for command in block.commands)
+            return pattern(block.expected).search(said)
+        if seen():
+            return
+        assert all(each.startswith(AGAIN) for each in block.commands), unlike(block, said)
+        try:
+            wait_until(seen, where(block))
+        except AssertionError:
+            raise AssertionError(unlike(block, said)) from None
+
+    def _said_by(self, command, block):
+        done = subprocess.run(['bash', '-c', command], cwd=self._folder, text=True, timeout=60,
+                              env=self._environment, stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT, check=False, stdin=subprocess.DEVNULL)
+        assert done.returncode == 0 or block.expected, f'{where(block)}:\n{done.stdout}'
+        return done.stdout
+
+    def _log(self, terminal):
+        return self._folder / f'terminal_{terminal}.log'
+
+    def _output(self, terminal):
+        return self._log(terminal).read_text(errors='replace')
+
+
+def where(block):
+    """Name of a block, for a reader of the page."""
+    return f'line {block.line}: {" ; ".join(block.commands)}'
+
+
+def unlike(block, said):
+    """Sentence for what was not to be seen."""
+    expected = '\n'.join(block.expected)
+    return f'{where(block)}\nshows\n{said}\nand not\n{expected}'
