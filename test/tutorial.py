@@ -86,6 +86,10 @@ def pattern(expected):
     return re.compile('^' + ''.join(lines), re.MULTILINE)
 
 
+class EndedError(Exception):
+    """What was to go on in a terminal has ended."""
+
+
 class Class:
     """
     Terminals in which a page is typed.
@@ -105,8 +109,8 @@ class Class:
         return self
 
     def __exit__(self, *problem):
-        for terminal in self._running:
-            os.killpg(self._running[terminal].pid, signal.SIGINT)
+        for process in self._running.values():
+            interrupt(process)
         for process in self._running.values():
             process.wait(20)
 
@@ -124,7 +128,7 @@ class Class:
         process = self._running.pop(terminal, None)
         if process is None:
             return
-        os.killpg(process.pid, signal.SIGINT)
+        interrupt(process)
         assert process.wait(20) in (0, 130, -signal.SIGINT), self._output(terminal)
 
     def _run_on(self, block):
@@ -137,9 +141,13 @@ class Class:
 
         def seen():
             said = self._output(block.terminal)
-            assert process.poll() is None, f'{where(block)} ended:\n{said}'
+            if process.poll() is not None:
+                raise EndedError(f'{where(block)} ended:\n{said}')
             return pattern(block.expected).search(said)
-        wait_until(seen, f'{where(block)}\n' + '\n'.join(block.expected))
+        try:
+            wait_until(seen, where(block))
+        except AssertionError:
+            raise AssertionError(unlike(block, self._output(block.terminal))) from None
 
     def _run(self, block):
         """Run commands to their end; those that look at a topic again, until it is there."""
@@ -169,6 +177,12 @@ class Class:
 
     def _output(self, terminal):
         return self._log(terminal).read_text(errors='replace')
+
+
+def interrupt(process):
+    """Type Ctrl-C, which all hear that the process started, unless it has ended."""
+    if process.poll() is None:
+        os.killpg(process.pid, signal.SIGINT)
 
 
 def where(block):

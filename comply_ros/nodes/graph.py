@@ -61,13 +61,12 @@ def full_name(name):
     return name if name.startswith('/') else f'/{name}'
 
 
-def find(node, look, name, seconds, kind, quiet=0.0):
+def find(node, look, name, seconds, kind):
     """
     (full name, type) of a topic or a service.
 
     look: returns pairs (name, types).
     kind: the word for it.
-    quiet: as in `settled`.
 
     Raises
     ------
@@ -75,7 +74,7 @@ def find(node, look, name, seconds, kind, quiet=0.0):
 
     """
     name = full_name(name)
-    types = dict(settled(node, look, seconds, lambda seen: name in dict(seen), quiet))
+    types = dict(settled(node, look, seconds, lambda seen: name in dict(seen), 0.0))
     if name not in types:
         raise GraphError(missing(kind, name, types))
     return name, types[name][0]

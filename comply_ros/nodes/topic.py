@@ -9,7 +9,7 @@ import rclpy
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosidl_parser.definition import NamespacedType
 
-from comply_ros.nodes.graph import command_parser, find, QUIET, run_command, settled, type_named
+from comply_ros.nodes.graph import command_parser, find, run_command, settled, type_named
 
 WINDOW = 1000  # messages over which the rate is measured
 OWN = {'/parameter_events', '/rosout'}  # topics that every node has, this one too
@@ -139,8 +139,7 @@ def _offers(node, name, seconds):
 
 def _find(node, given):
     """(name, type) of a topic; raises GraphError if nobody speaks or listens there."""
-    return find(node, node.get_topic_names_and_types, given.topic, given.timeout, 'topic',
-                QUIET)
+    return find(node, node.get_topic_names_and_types, given.topic, given.timeout, 'topic')
 
 
 def _end(end):

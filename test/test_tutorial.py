@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: Apache-2.0
+"""docs/tutorial.md: every command on it does what stands below it."""
+
+from pathlib import Path
+import re
+import shutil
+
+import pytest
+from tutorial import Block, blocks, Class, EndedError, fences, pattern
+
+TOP = Path(__file__).parents[1]
+PAGE = (TOP / 'docs' / 'tutorial.md').read_text()
+ROS2 = {'scripts/run': 'ros2 run comply_ros', 'scripts/topic': 'ros2 topic',
+        'scripts/service': 'ros2 service', 'scripts/param': 'ros2 param',
+        'scripts/python': 'python3'}
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Return a folder like this one to whoever types in it, where results go astray."""
+    (tmp_path / 'scripts').mkdir()
+    for path in (TOP / 'scripts').iterdir():
+        script = tmp_path / 'scripts' / path.name
+        script.write_text(f'#!/bin/sh\nexec {path} "$@"\n')
+        script.chmod(0o755)
+    shutil.copytree(TOP / 'examples', tmp_path / 'examples')
+    return tmp_path
+
+
+def test_every_command_does_what_the_page_says(domain, folder):
+    with Class(folder) as typed:
+        for block in blocks(PAGE):
+            typed.do(block)
+
+
+@pytest.mark.parametrize('fence', [each for each in fences(PAGE) if each.language == 'bash'],
+                         ids=lambda fence: f'line_{fence.line}')
+def test_beside_each_command_stands_what_it_is_with_ros(fence):
+    written = '\n'.join(fence.lines)
+    for line in fence.lines:
+        command = re.sub(r'\s+# .*', '', line)
+        tool, _, rest = command.partition(' ')
+        if tool in ROS2:
+            assert f'# {ROS2[tool]} {rest}\n' in written + '\n'
+
+
+def test_every_block_on_the_page_is_read():
+    languages = [each.language for each in fences(PAGE)]
+    assert set(languages) == {'bash', 'text', 'python'}
+    assert len(blocks(PAGE)) == languages.count('bash') > 5
+    assert all(block.commands or block.ends for block in blocks(PAGE))
+
+
+def test_the_own_mentor_on_the_page_is_the_one_that_runs():
+    code, = ('\n'.join(each.lines) + '\n' for each in fences(PAGE) if each.language == 'python')
+    own = (TOP / 'examples' / 'own_mentor.py').read_text()
+    assert code in own
+    assert own.removesuffix(code).count('\n') == 1  # but for the licence
+    assert len([line for line in code.splitlines() if line]) <= 30
+
+
+def test_the_own_mentor_needs_plain_rclpy_and_the_messages_only():
+    own = (TOP / 'examples' / 'own_mentor.py').read_text()
+    assert set(re.findall(r'^(?:from|import) (\w+)', own, re.MULTILINE)) == {
+        'comply_msgs', 'rclpy'}
+
+
+def test_blocks_have_terminals_commands_and_what_is_expected():
+    page = ('x\n```bash\n# terminal 2\necho a  # ros2 a\n```\ny\n```text\na ...\n```\n'
+            '```bash\necho b\n```\n```bash\n# terminal 2: Ctrl-C\n```\n')
+    assert blocks(page) == [Block(2, '2', False, ('echo a',), ('a ...',)),
+                            Block(10, None, False, ('echo b',), ()),
+                            Block(13, '2', True, (), ())]
+
+
+@pytest.mark.parametrize('expected, said, is_there', [
+    (['a ... c'], 'x\na b c\n', True), (['a'], 'ab\n', False), (['a', 'c'], 'a\nb\nc\n', False),
+    (['a', '...', 'c'], 'a\nb\nb\nc\n', True), (['a', '...', 'c'], 'a\nc\n', True),
+    (['(.)'], '(a)\n', False)])
+def test_three_dots_stand_for_anything_and_nothing_else_does(expected, said, is_there):
+    assert bool(pattern(expected).search(said)) == is_there
+
+
+@pytest.mark.parametrize('block, sentence', [
+    (Block(3, None, False, ('echo a',), ('b',)), 'line 3: echo a\nshows\na\n\nand not\nb'),
+    (Block(3, None, False, ('false',), ()), 'line 3: false'),
+    (Block(3, '1', False, ('echo a',), ('b',)), 'line 3: echo a ended:\na')])
+def test_a_command_that_does_something_else_is_shown_with_its_line(tmp_path, block, sentence):
+    with pytest.raises((AssertionError, EndedError)) as failure, Class(tmp_path) as typed:
+        typed.do(block)
+    assert sentence in str(failure.value)
+
+
+def test_what_runs_in_a_terminal_is_ended_by_the_next_and_by_ctrl_c(tmp_path):
+    with Class(tmp_path) as typed:
+        first = Block(1, '1', False, ('bash -c "echo a; exec sleep 60"',), ('a',))
+        typed.do(first)
+        typed.do(first._replace(line=2))
+        typed.do(Block(3, '1', True, (), ()))
+        assert typed._running == {}
