@@ -4,6 +4,7 @@
 from pathlib import Path
 import re
 import shutil
+import socket
 
 import pytest
 from tutorial import Block, blocks, Class, EndedError, fences, pattern
@@ -28,8 +29,10 @@ def folder(tmp_path):
 
 
 def test_every_command_does_what_the_page_says(domain, folder):
+    with socket.create_server(('localhost', 0)) as free:
+        page = PAGE.replace('8080', str(free.getsockname()[1]))  # which others may have
     with Class(folder) as typed:
-        for block in blocks(PAGE):
+        for block in blocks(page):
             typed.do(block)
 
 
