@@ -58,8 +58,9 @@ def test_every_service_on_the_page_says_what_it_is_for():
 
 def test_a_node_that_does_not_start_is_named(domain, monkeypatch):
     from comply_ros.nodes import interfaces
+    from comply_ros.nodes.parameters import MENTOR
     from comply_ros.nodes.processes import NodeDied
-    broken = Sort('mentor', 'mentor', 'mentor', ('-p', 'mentor:=nobody'))
+    broken = Sort('mentor', 'mentor', 'mentor', {MENTOR: 'nobody'})
     monkeypatch.setattr(interfaces, 'SORTS', (broken,))
     rclpy.init()
     try:

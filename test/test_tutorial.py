@@ -50,8 +50,8 @@ def test_beside_each_command_stands_what_it_is_with_ros(fence):
 def test_every_block_on_the_page_is_read():
     languages = [each.language for each in fences(PAGE)]
     assert set(languages) == {'bash', 'text', 'python'}
-    assert len(blocks(PAGE)) == languages.count('bash') > 5
-    assert all(block.commands or block.ends for block in blocks(PAGE))
+    assert len([block for block in blocks(PAGE) if block.commands or block.ends]) \
+        == languages.count('bash') > 5
 
 
 def test_the_own_mentor_on_the_page_is_the_one_that_runs():
@@ -70,10 +70,12 @@ def test_the_own_mentor_needs_plain_rclpy_and_the_messages_only():
 
 def test_blocks_have_terminals_commands_and_what_is_expected():
     page = ('x\n```bash\n# terminal 2\necho a  # ros2 a\n```\ny\n```text\na ...\n```\n'
-            '```bash\necho b\n```\n```bash\n# terminal 2: Ctrl-C\n```\n')
+            '```bash\necho b\n```\n```text\n# terminal 2\nc\n```\n'
+            '```bash\n# terminal 2: Ctrl-C\n```\n')
     assert blocks(page) == [Block(2, '2', False, ('echo a',), ('a ...',)),
                             Block(10, None, False, ('echo b',), ()),
-                            Block(13, '2', True, (), ())]
+                            Block(13, '2', False, (), ('c',)),
+                            Block(17, '2', True, (), ())]
 
 
 @pytest.mark.parametrize('expected, said, is_there', [
@@ -99,5 +101,6 @@ def test_what_runs_in_a_terminal_is_ended_by_the_next_and_by_ctrl_c(tmp_path):
         first = Block(1, '1', False, ('bash -c "echo a; exec sleep 60"',), ('a',))
         typed.do(first)
         typed.do(first._replace(line=2))
+        typed.do(Block(2, '1', False, (), ('a',)))
         typed.do(Block(3, '1', True, (), ()))
         assert typed._running == {}

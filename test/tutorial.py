@@ -1,16 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
 """A page with commands, and a class that types them: terminals, Ctrl-C, and what is to be seen."""
 
+from contextlib import suppress
 import os
 from pathlib import Path
+import pty
 import re
 import signal
 import subprocess
+import termios
+from threading import Thread
 from typing import NamedTuple
 
 from nodes import wait_until
 
 TERMINAL = re.compile(r'# terminal (\d+)(: Ctrl-C)?$')
+SIZE = 50, 120  # rows and columns of a terminal
+ESCAPES = re.compile(r'\x1b(\[[0-?]*[ -/]*[@-~]|[()].|[=>78])')  # colours, cursor, modes
 AGAIN = 'scripts/topic echo'  # what a reader looks at again until it is there
 
 
@@ -24,7 +30,8 @@ class Block(NamedTuple):
     terminal: in which they run on, None where they come to an end.
     ends: whether what runs in the terminal is ended, and nothing else happens.
     commands: without comments.
-    expected: lines of the ```text block that follows, () without one.
+    expected: lines of the ```text block that follows, () without one. A ```text block that begins
+        with the mark of a terminal is a block of its own: what is to be seen there by and by.
 
     """
 
@@ -63,11 +70,14 @@ def blocks(text):
     """Return every `Block` of a page."""
     found, all_of_them = [], fences(text)
     for fence, after in zip(all_of_them, [*all_of_them[1:], None]):
+        mark = TERMINAL.match(fence.lines[0])
         if fence.language == 'bash':
-            mark = TERMINAL.match(fence.lines[0])
-            expected = after.lines if after and after.language == 'text' else ()
+            is_below = after and after.language == 'text' and not TERMINAL.match(after.lines[0])
             found.append(Block(fence.line, mark and mark[1], bool(mark and mark[2]),
-                               tuple(without_comments(fence.lines)), expected))
+                               tuple(without_comments(fence.lines)),
+                               after.lines if is_below else ()))
+        elif fence.language == 'text' and mark:
+            found.append(Block(fence.line, mark[1], False, (), fence.lines[1:]))
     return found
 
 
@@ -103,7 +113,8 @@ class Class:
 
     def __init__(self, folder, **settings):
         self._folder, self._running = Path(folder), {}
-        self._environment = {**os.environ, 'PYTHONUNBUFFERED': '1', **settings}
+        self._environment = {**os.environ, 'PYTHONUNBUFFERED': '1',
+                             'RCUTILS_COLORIZED_OUTPUT': '0', 'TERM': 'xterm', **settings}
 
     def __enter__(self):
         return self
@@ -116,12 +127,15 @@ class Class:
 
     def do(self, block):
         """Do what a block says, and wait until what is expected is there."""
-        if block.terminal:
-            self._interrupt(block.terminal)
-        if block.terminal and not block.ends:
-            self._run_on(block)
-        elif not block.ends:
+        if not block.terminal:
             self._run(block)
+            return
+        if block.commands or block.ends:
+            self._interrupt(block.terminal)
+        if block.commands:
+            self._begin(block)
+        if not block.ends:
+            self._wait(block)
 
     def _interrupt(self, terminal):
         """Type Ctrl-C, where something runs in a terminal."""
@@ -131,13 +145,21 @@ class Class:
         interrupt(process)
         assert process.wait(20) in (0, 130, -signal.SIGINT), self._output(terminal)
 
-    def _run_on(self, block):
+    def _begin(self, block):
+        """Type a command that goes on."""
         command, = block.commands
-        with self._log(block.terminal).open('wb') as output:
-            self._running[block.terminal] = process = subprocess.Popen(
-                ['bash', '-c', f'exec {command}'], cwd=self._folder, stdout=output,
-                env=self._environment, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL,
-                start_new_session=True)
+        ours, theirs = pty.openpty()
+        termios.tcsetwinsize(theirs, SIZE)
+        self._running[block.terminal] = subprocess.Popen(
+            ['bash', '-c', f'exec {command}'], cwd=self._folder, env=self._environment,
+            stdin=theirs, stdout=theirs, stderr=theirs, start_new_session=True)
+        os.close(theirs)
+        log = self._log(block.terminal).open('wb')
+        Thread(target=show, args=(ours, log), daemon=True).start()
+
+    def _wait(self, block):
+        """Wait until a terminal shows what is expected."""
+        process = self._running[block.terminal]
 
         def seen():
             said = self._output(block.terminal)
@@ -176,7 +198,17 @@ class Class:
         return self._folder / f'terminal_{terminal}.log'
 
     def _output(self, terminal):
-        return self._log(terminal).read_text(errors='replace')
+        text = self._log(terminal).read_text(errors='replace')
+        return ESCAPES.sub('', text).replace('\r', '')
+
+
+def show(terminal, log):
+    """Write all that a terminal shows to a file, until nobody has it any more."""
+    with log, suppress(OSError):
+        while shown := os.read(terminal, 65536):
+            log.write(shown)
+            log.flush()
+    os.close(terminal)
 
 
 def interrupt(process):

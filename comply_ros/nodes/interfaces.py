@@ -16,6 +16,7 @@ from rclpy.parameter import parameter_value_to_python
 
 from comply_ros.nodes.graph import call, OF_EVERY_NODE, QUIET, settled
 from comply_ros.nodes.interfaces_page import page_of
+from comply_ros.nodes.parameters import ADVISING, BAG, BUDGET, PORT
 from comply_ros.nodes.processes import NodeProcess
 
 START = 30.0  # seconds that a node has to start
@@ -32,7 +33,7 @@ class Sort(NamedTuple):
     name: its heading.
     executable: what is started.
     node: the name of the node.
-    arguments: ROS arguments of its own.
+    given: table of values by `Parameter`, which are not the defaults; {folder} is a fresh one.
     only: words for what is seen of it and not of the one before it with that name.
 
     """
@@ -40,7 +41,7 @@ class Sort(NamedTuple):
     name: str
     executable: str
     node: str
-    arguments: tuple = ()
+    given: dict = {}
     only: str = ''
 
 
@@ -54,7 +55,7 @@ class End(NamedTuple):
 
 
 class Setting(NamedTuple):
-    """A parameter: its descriptor and its value."""
+    """A parameter: its descriptor and its default."""
 
     described: object
     value: object
@@ -74,9 +75,13 @@ class Shown(NamedTuple):
 SORTS = (
     Sort('grid_world', 'grid_world', 'grid_world'),
     Sort('mentor', 'mentor', 'mentor'),
-    Sort('mentor', 'mentor', 'mentor', ('-p', 'budget:=1', '-p', 'advising:=mistakes'),
+    Sort('mentor', 'mentor', 'mentor', {BUDGET: 1, ADVISING: 'mistakes'},
          'with a `budget` and `advising:=mistakes`'),
     Sort('learner', 'learner', 'learner'),
+    Sort('viewer', 'viewer', 'viewer'),
+    Sort('dashboard', 'dashboard', 'dashboard', {PORT: 0}),
+    Sort('mentor of the dashboard', 'dashboard', 'mentor', {PORT: 0}),
+    Sort('record', 'record', 'record', {BAG: '{folder}/bag'}),
     Sort('fault_injector', 'fault_injector', 'fault_injector'),
 )
 
@@ -119,7 +124,7 @@ def running(sorts):
                 log = Path(folder) / space.strip('/')
                 log.mkdir()
                 started.append(NodeProcess(
-                    sort.executable, ['-r', f'__ns:={space}', *sort.arguments], log))
+                    sort.executable, ['-r', f'__ns:={space}', *_arguments(sort, log)], log))
             _wait_for(started)
             yield spaces
         finally:
@@ -127,6 +132,12 @@ def running(sorts):
                 process.interrupt()
             for process in started:
                 process.wait()
+
+
+def _arguments(sort, folder):
+    """Yield the ROS arguments that give parameters their values."""
+    for parameter, value in sort.given.items():
+        yield from ('-p', f'{parameter.name}:={str(value).format(folder=folder)}')
 
 
 def _wait_for(processes):
@@ -195,18 +206,20 @@ def _shown(node, sort, space, seen):
     serves = tuple(end._replace(name=end.name.replace(f'{sort.node}/', '~/', 1))
                    for end in serves if end.name not in own)
     return Shown(sort, speaks, hears, serves, calls,
-                 tuple(_settings(node, f'{space}/{sort.node}')))
+                 tuple(_settings(node, f'{space}/{sort.node}', sort.given)))
 
 
-def _settings(node, name):
+def _settings(node, name, given):
+    """Yield the `Setting` of each parameter of a node, with its default."""
     listed = call(node, ListParameters, f'{name}/list_parameters', ListParameters.Request(), START)
     names = [each for each in listed.result.names if each not in OWN_PARAMETERS]
     described = call(node, DescribeParameters, f'{name}/describe_parameters',
                      DescribeParameters.Request(names=names), START).descriptors
     values = call(node, GetParameters, f'{name}/get_parameters',
                   GetParameters.Request(names=names), START).values
-    return [Setting(each, parameter_value_to_python(value))
-            for each, value in zip(described, values)]
+    defaults = {parameter.name: parameter.default for parameter in given}
+    for each, value in zip(described, values):
+        yield Setting(each, defaults.get(each.name, parameter_value_to_python(value)))
 
 
 if __name__ == '__main__':
