@@ -16,12 +16,6 @@ def as_run(request):
 
 
 @pytest.fixture
-def over_udp(monkeypatch):
-    """Let nodes in the process of the tests hear: `domain` takes their shared memory away."""
-    monkeypatch.setenv('FASTDDS_BUILTIN_TRANSPORTS', 'UDPv4')
-
-
-@pytest.fixture
 def domain(monkeypatch):
     """Give the test, and the processes that it starts, a ROS domain that nobody else has."""
     from domain_coordinator import domain_id

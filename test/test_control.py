@@ -17,7 +17,7 @@ from comply_ros.nodes.topics import ACTION, EPISODE, PROGRESS, STATE, TRUST, WOR
 from comply_ros.session.maps import read_map
 from comply_ros.session.mentors import mentor_policy, read_spec
 
-pytestmark = pytest.mark.usefixtures('domain', 'over_udp')
+pytestmark = pytest.mark.usefixtures('domain')
 ARGUMENTS = {
     'grid_world': ('-p', 'map:=bar_grid', '-p', 'seed:=3', '-p', 'rate:=100.0'),
     'mentor': ('-p', 'mentor:=noisy:0.3'),
@@ -36,7 +36,7 @@ def expected():
 
 
 @pytest.fixture
-def ask(domain, over_udp):
+def ask(domain):
     """Return a node that calls the others."""
     with caller() as node:
         node.listen(WORLD, STATE, ACTION, EPISODE, PROGRESS, TRUST)

@@ -9,7 +9,7 @@ from nodes import DEADLINE, nodes, wait_until
 import numpy as np
 import pytest
 import rclpy
-from rclpy.experimental import EventsExecutor
+from rclpy.executors import SingleThreadedExecutor
 
 from comply_ros.core.mentors import MentorError
 from comply_ros.core.planning import optimal_policy
@@ -26,12 +26,12 @@ BAR = World(read_map('bar_grid', 'published'))
 
 
 @pytest.fixture
-def person(domain, over_udp):
+def person(domain):
     """Return a `PersonMentor` that a thread spins."""
     context, ended = rclpy.Context(), Event()
     rclpy.init(context=context)
     node = PersonMentor(context=context)
-    executor = EventsExecutor(context=context)
+    executor = SingleThreadedExecutor(context=context)  # a second EventsExecutor hears nothing
     executor.add_node(node)
 
     def spin():
@@ -48,7 +48,7 @@ def person(domain, over_udp):
 
 
 @pytest.fixture
-def ask(domain, over_udp):
+def ask(domain):
     """Return a node that hears the others."""
     with caller() as node:
         node.listen(STATE, ACTION, MENTOR_POLICY)

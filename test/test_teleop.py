@@ -13,7 +13,7 @@ from comply_ros.core.world import World
 from comply_ros.nodes.topics import ACTION, MENTOR_POLICY, STATE
 from comply_ros.session.maps import read_map
 
-pytestmark = pytest.mark.usefixtures('domain', 'over_udp')
+pytestmark = pytest.mark.usefixtures('domain')
 WORLD = ('-p', 'map:=free_grid', '-p', 'seed:=3')
 FREE = World(read_map('free_grid', 'published'))
 CORRIDOR = """\
@@ -29,7 +29,7 @@ PATIENT = ('--ros-args', '-p', 'patience:=300.0')
 
 
 @pytest.fixture
-def ask(domain, over_udp):
+def ask(domain):
     """Return a node that hears the others."""
     with caller() as node:
         node.listen(STATE, ACTION, MENTOR_POLICY)
