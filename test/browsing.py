@@ -28,10 +28,11 @@ def browser():
 
 
 @contextmanager
-def taught(folder, *arguments, **more):
+def taught(folder, *arguments, remembers='true', **more):
     """Run a world, a learner and a dashboard that teaches; give their processes, and the link."""
     world = ['-p', 'map:=bar_grid', '-p', 'rate:=300.0']
-    learner = ['-p', 'iterations:=0', '-p', 'episodes:=5', '-p', 'map_period:=0.2']
+    learner = ['-p', 'iterations:=0', '-p', 'episodes:=5', '-p', 'map_period:=0.2',
+               '-p', f'remembers_advice:={remembers}']
     with nodes(folder, grid_world=world, learner=learner,
                dashboard=['-p', 'port:=0', *arguments], **more) as running:
         wait_until(log_has(running['dashboard'], 'ready: '), 'page')
@@ -49,6 +50,7 @@ def opened(chromium, address, **settings):
     page.set_default_timeout(PATIENCE)
     page.goto(address)
     page.locator('.world').first.wait_for()
+    page.wait_for_function('() => window.socket && window.socket.connected')
     wait_until(lambda: not page.get_by_test_id('alarm').is_visible(), 'end of the alarm')
     return page
 

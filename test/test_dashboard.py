@@ -148,10 +148,11 @@ def test_policies_are_made_spoiled_erased_saved_and_loaded(domain, tmp_path, chr
 
 
 def test_a_person_steers_with_the_arrow_keys(domain, tmp_path, chromium):
-    with taught(tmp_path, '-p', 'patience:=20.0') as (_, address):
+    with taught(tmp_path, '-p', 'patience:=20.0', remembers='false') as (_, address):
         page = opened(chromium, address)
         page.get_by_text('steer with the arrow keys').click()
         page.locator('.waits').wait_for(state='attached')
+        page.wait_for_timeout(500)  # what the page shows is a tenth of a second old
         before = text_of(page, 'turn')
         page.wait_for_timeout(500)
         assert text_of(page, 'turn') == before

@@ -28,7 +28,7 @@ from comply_ros.nodes.parameters import (
 )
 
 LOOK = 0.1  # seconds between two looks: a state in between is not even read
-READS = 40  # messages that are read in one look, at most
+READS, IDLE = 60, 8  # callbacks in one look, at most, and in a row that bring no report
 EXPECTED = ('grid_world', 'mentor', 'learner')
 SILENT = 3.5  # seconds without a word on /diagnostics after which a node counts as lost
 PAUSE, STEP, RESET, FORGET = (
@@ -104,7 +104,7 @@ class Watcher(SturdyNode):
             self.get_logger().warning(f'parameter {unknown!r} is unknown and has no effect')
         self.view, self.mistake, self._began = View(), None, time.monotonic()
         self._onlooker, self._levels = Onlooker(), Levels()
-        self._health, self._second = {}, 0.0
+        self._health, self._second, self._reports = {}, 0.0, 0
         self.settings = {name: Settings(name, names) for name, names in (
             ('grid_world', ('rate',)),
             ('learner', (*FIELDS, 'remembers_advice', 'advice_timeout')))}
@@ -118,8 +118,7 @@ class Watcher(SturdyNode):
     def look(self):
         """Read what was said since the last look, ask what is to be asked, and renew the view."""
         self.asking.work(LOOK)
-        for _ in range(READS):
-            self._executor.spin_once(timeout_sec=0.0)
+        self._read()
         now = time.monotonic()
         if now - self._second >= 1.0:
             self._second = now
@@ -129,6 +128,16 @@ class Watcher(SturdyNode):
         self.view = View(sight, self._levels.of(sight.world, sight.heard.advice),
                          {**self._health}, {name: each.now for name, each in
                                             self.settings.items()}, now, self._began)
+
+    def _read(self):
+        """Hear what was said: reports to the last, of states and actions only the newest."""
+        idle = 0
+        for _ in range(READS):
+            before = self._reports
+            self._executor.spin_once(timeout_sec=0.0)
+            idle = 0 if self._reports != before else idle + 1
+            if idle == IDLE:
+                return
 
     def leave(self):
         """End the executor: the node ends."""
@@ -173,9 +182,12 @@ class Watcher(SturdyNode):
         self.create_subscription(ParameterEvent, '/parameter_events', self._hear_settings, 10)
 
     def _listen(self, topic, hear, qos):
-        decode = topics.decoder(topic)
-        self.create_subscription(topic.message, topic.name,
-                                 lambda message: hear(decode(message)), qos)
+        decode, counts = topics.decoder(topic), qos is not NEWEST
+
+        def take(message):
+            self._reports += counts
+            hear(decode(message))
+        self.create_subscription(topic.message, topic.name, take, qos)
 
     def _hear_world(self, said):
         try:
