@@ -30,7 +30,7 @@ LOOKS = {'publish': Node.get_publisher_names_and_types_by_node,
 SPEAKS_ON = {
     'grid_world': (topics.WORLD, topics.STATE, topics.EPISODE),
     'mentor': (topics.RECOMMENDATION, topics.MENTOR_POLICY),
-    'learner': (topics.ACTION, topics.PROGRESS, topics.TRUST, topics.POLICY,
+    'learner': (topics.DESCRIPTION, topics.ACTION, topics.PROGRESS, topics.TRUST, topics.POLICY,
                 topics.VALUES)}
 
 
