@@ -41,7 +41,7 @@ def test_what_costs_nothing_comes_once_a_period(clock):
     assert pauses.over()
 
 
-def test_what_costs_much_is_put_off_for_fifty_times_as_long(clock):
+def test_what_costs_much_is_put_off_for_many_times_as_long(clock):
     pauses = Pauses(1.0, clock)
     pauses.timed(clock.go, 0.25, begins=True)
     clock.go(2000.0)  # of a disk that was full: no cost of theirs
@@ -61,4 +61,4 @@ def test_two_of_a_hundred_seconds_are_lost_at_most(clock):
         clock.go(0.001)
         if pauses.over():
             lost += pauses.timed(clock.go, 0.01 + step % 7 * 0.02, begins=True)
-    assert 0.01 < lost / (clock.now - begin) < 0.025
+    assert 0.01 < lost / (clock.now - begin) < 0.02

@@ -69,7 +69,7 @@ ADVISING = Parameter(
 MENTOR_SEED = Parameter(
     'seed', 0, 'Which one of the mentors of this kind', 0, SEED_LIMIT)
 MAP_PERIOD = Parameter(
-    'map_period', 1.0, 'Least time between two maps over all states, in seconds; at least 50 '
+    'map_period', 1.0, 'Least time between two maps over all states, in seconds; at least 60 '
     'times as long as the last ones took', 0, 3600)
 REMEMBERS_ADVICE = Parameter(
     'remembers_advice', True, 'In a state in which the mentor has spoken before, act at once on '
