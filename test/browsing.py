@@ -50,7 +50,7 @@ def opened(chromium, address, **settings):
     page.set_default_timeout(PATIENCE)
     page.goto(address)
     page.locator('.world').first.wait_for()
-    page.wait_for_function('() => window.socket && window.socket.connected')
+    page.wait_for_function('() => window.did_handshake')
     wait_until(lambda: not page.get_by_test_id('alarm').is_visible(), 'end of the alarm')
     return page
 

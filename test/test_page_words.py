@@ -32,8 +32,9 @@ def test_nobody_is_missed_while_all_speak():
 
 def test_who_fell_silent_and_who_never_spoke_are_named():
     seen = view(grid_world=0.5, learner=7.2)
-    assert alarm(seen) == ('The mentor is not heard: start it with scripts/run mentor. The '
-                           'learner has been silent for 7 s: start it with scripts/run learner.')
+    assert alarm(seen) == (
+        'The mentor is not heard: start it with scripts/run mentor. '
+        'The learner has been silent for 7 s: start it with scripts/run learner.')
     assert state_words(seen) == 'stands still'
     assert health_words(seen, 'learner') == ('is lost: silent for 7 s', 'ill')
     assert health_words(seen, 'mentor') == ('is not heard', '')
