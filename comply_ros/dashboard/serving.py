@@ -21,6 +21,7 @@ from comply_ros.nodes.running import run_node
 from comply_ros.session.keeping import StateError
 
 START = 30.0  # seconds that the server has to start
+RECONNECT = 20.0  # seconds that a browser may be away, or slow, before its page is made anew
 
 
 def main(argv):
@@ -120,7 +121,7 @@ def served(watcher, teacher, listening, token):
     from comply_ros.dashboard.page import show
     app = fastapi.FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
     nicegui.ui.page('/', title='comply_ros')(lambda: show(watcher, teacher))
-    nicegui.ui.run_with(app, dark=None, show_welcome_message=False)
+    nicegui.ui.run_with(app, dark=None, show_welcome_message=False, reconnect_timeout=RECONNECT)
     server = uvicorn.Server(uvicorn.Config(
         Door(app, token), log_level='warning', lifespan='on', timeout_graceful_shutdown=1))
     thread = Thread(target=server.run, args=([listening],), name='page', daemon=True)
