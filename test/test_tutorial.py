@@ -29,8 +29,9 @@ def folder(tmp_path):
 
 
 def test_every_command_does_what_the_page_says(domain, folder):
+    # Another may have the port of the page.
     with socket.create_server(('localhost', 0)) as free:
-        page = PAGE.replace('8080', str(free.getsockname()[1]))  # which others may have
+        page = PAGE.replace('8080', str(free.getsockname()[1]))
     with Class(folder) as typed:
         for block in blocks(page):
             typed.do(block)

@@ -21,7 +21,8 @@ DELIVERED = """\
 Reliable and transient local is what ROS calls latched: whoever comes late gets the last
 messages, as many as the topic keeps. A volatile topic has no memory. To hear what is latched,
 subscribe with `DurabilityPolicy.TRANSIENT_LOCAL`; to be heard on such a topic, publish with it.
-What each keeps the graph does not tell; it is what `comply_ros/nodes/topics.py` asks for.
+What stands here is offered by who speaks; how many a topic keeps the graph does not tell, it is
+what `comply_ros/nodes/topics.py` says.
 """
 
 OF_ALL = """\
@@ -67,19 +68,19 @@ def _topics(shown):
     for node in shown:
         for side, some in enumerate((node.speaks, node.hears)):
             for end in some:
-                row = ends.setdefault((end.name, end.kind), ([], [], []))
-                row[2].append(end)
+                row = ends.setdefault((end.name, end.kind), ([], [], ([], [])))
+                row[2][side].append(end)
                 if not any(each.startswith(f'`{node.sort.node}`') for each in row[side]):
                     row[side].append(f'`{node.sort.node}`'
                                      + (f' {node.sort.only}' if node.sort.only else ''))
     return _table(('topic', 'message', 'spoken by', 'heard by', 'delivered', 'keeps'), (
         (f'`{name}`', _linked(kind), ', '.join(speak) or 'anybody', ', '.join(hear) or
-         'who looks', _delivered(some), str(known.get(name, '')))
-        for (name, kind), (speak, hear, some) in sorted(ends.items())))
+         'who looks', _delivered(said or heard), str(known.get(name, '')))
+        for (name, kind), (speak, hear, (said, heard)) in sorted(ends.items())))
 
 
 def _delivered(ends):
-    """Words for the QoS of all ends of a topic."""
+    """Words for the QoS of the ends of a topic: what is offered, who hears may ask for less."""
     words = sorted({f'{end.reliability.lower()}, {end.durability.lower().replace("_", " ")}'
                     for end in ends})
     return '; '.join(words)
