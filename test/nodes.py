@@ -10,7 +10,7 @@ import time
 
 from comply_ros.nodes.processes import NodeProcess, START
 
-DEADLINE = 40.0
+DEADLINE = 90.0
 
 
 def wait_until(condition, what, deadline=DEADLINE):

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 
+from calling import caller
 from nodes import log_has, nodes, run, wait_until
 import pytest
 
@@ -60,6 +61,27 @@ def test_a_recorder_that_is_killed_leaves_what_it_heard(tmp_path):
     assert proven.returncode == 0, proven.stdout + proven.stderr
     assert 'its learning had not ended' in proven.stdout
     assert 'bag.mcap has no end after byte' in proven.stderr
+
+
+def test_settings_that_change_and_a_reset_while_it_learns_are_told_again(tmp_path):
+    bag, sizes = tmp_path / 'bag' / 'bag.mcap', []
+
+    def grows():
+        sizes.append(bag.stat().st_size)
+        wait_until(lambda: bag.stat().st_size > sizes[-1] + 50_000, 'more bytes')
+
+    with recorded(tmp_path, '-p', 'iterations:=0') as started, caller() as ask:
+        wait_until(log_has(started['record'], 'hears /method'), 'learner')
+        grows()
+        assert ask.set('learner', temperature=3.0, learning_rate=0.5) == ''
+        grows()
+        assert ask.trigger('learner/reset').success
+        grows()
+        started['record'].interrupt()
+        assert started['record'].wait() == 0
+    proven = run('replay', str(bag))
+    assert proven.returncode == 0, proven.stdout + proven.stderr
+    assert proven.stdout.count('the same: learner ') == 2
 
 
 def test_a_bag_that_is_there_is_not_touched(tmp_path):

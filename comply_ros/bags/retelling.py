@@ -235,8 +235,8 @@ class Retelling:
         due = [each for each in self._later if each.turns == self._actor.turns]
         self._later = [each for each in self._later if each.turns > self._actor.turns]
         for each in due:
+            self._change(each)  # its digest is of what the change made
             self._compare_digest(each)
-            self._change(each)
 
     def _compare_digest(self, described):
         if not described.digest:

@@ -114,6 +114,7 @@ class Learner(ActorNode):
     def reset(self, request, response):
         """Answer the service: forget all that was learned."""
         self.answer(self._with_new_maps(self.actor.reset()))
+        self._tell_who_learns()
         response.success, response.message = True, 'nothing is learned'
         return response
 
@@ -201,7 +202,13 @@ class Learner(ActorNode):
         if changes:
             self._timeout = changes.get(ADVICE_TIMEOUT.name, self._timeout)
             self.answer(self._with_new_maps(self.actor.change(changes)))
+            self._tell_who_learns()
             self._listen_to_mentor()
+
+    def _tell_who_learns(self):
+        """Say by what settings it goes on from here, for who records it."""
+        if self.actor.described:
+            self.say((self._describe(self.actor.turns),))
 
     def _with_new_maps(self, utterances):
         """Return the utterances, with maps if there is something to say."""
