@@ -87,7 +87,8 @@ def test_a_service_that_is_not_there_is_named_with_those_that_are(running):
     done = run('service', 'call', '/advise', 'comply_msgs/srv/Recommend')
     assert done.returncode == 1
     assert done.stderr == (f"service: there is no service '/advise' in ROS domain {running}; "
-                           'there are /recommend\n')
+                           'there are /grid_world/pause, /grid_world/reset, /grid_world/step, '
+                           '/recommend\n')
 
 
 def test_a_request_is_filled_to_its_depth():
