@@ -8,7 +8,7 @@ import pytest
 
 from comply_ros.bags import replay
 from comply_ros.bags.proof import Proof
-from comply_ros.bags.retelling import Differs
+from comply_ros.bags.retelling import Differs, Lacks
 from comply_ros.core.dialogue import turn
 from comply_ros.core.methods import METHODS
 
@@ -123,19 +123,24 @@ def test_answers_that_are_missing_follow_from_the_states(held):
 
 
 def test_a_state_that_is_missing_ends_what_can_be_proven(held):
-    with pytest.raises(Differs, match=r'the state of run 7, turn \(.*\), is not in the bag'):
+    with pytest.raises(Lacks, match=r'the state of run 7, turn \(.*\), is not in the bag'):
         told(without(held.spoken, 'state', 10))
 
 
-def test_a_learner_that_begins_anew_is_told_apart(held):
-    second = Held(number=6, run=8)
+@pytest.mark.parametrize('number', [5, 6])
+def test_a_learner_that_begins_anew_is_told_apart(held, number):
+    second = Held(number=number, run=8)
     first, other = told(held.spoken[:len(held.spoken) // 2] + second.spoken).proven
     assert (first.described.learner, first.finished, first.digests) == (5, False, 0)
-    assert (other.described.learner, other.digest) == (6, held.digest)
+    assert (other.described.learner, other.digest) == (number, held.digest)
 
 
 def test_what_is_recorded_from_the_middle_is_checked_as_far_as_it_goes(held):
     late = held.spoken[200:]
+    for where in ([held.spoken[0], held.spoken[1]], [held.spoken[0]]):
+        proof = told([*where, *late])
+        assert (proof.proven, list(proof.unknown)) == ([], [5])
+    assert told([held.spoken[0], *late[:9], held.spoken[1], *late[9:]]).proven == []
     proof = told([held.spoken[0], *late])
     assert proof.proven == []
     assert proof.unknown[5].fits > 10

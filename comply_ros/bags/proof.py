@@ -48,6 +48,7 @@ class Proof:
     def __init__(self):
         self.proven, self.unknown = [], {}
         self._ear, self._waiting, self._now, self._reports = Ear(), deque(), {}, []
+        self._begun = []
 
     def hear(self, topic, said):
         """
@@ -77,14 +78,29 @@ class Proof:
             any(each.compare(report) for each in self.proven)
 
     def _take(self, topic, said):
-        if topic == 'method' and not said.turns:
+        if topic == 'method' and not said.turns and not any(
+                said is each for each in self._begun):
             self._begin(said)
         elif topic == 'action':
-            if said.learner not in self._now and said.learner not in self.unknown:
-                self.unknown[said.learner] = Unknown(said.learner, self._ear)
-            (self._now.get(said.learner) or self.unknown[said.learner]).tell(said)
+            self._teller(said).tell(said)
+
+    def _teller(self, answered):
+        """Return who is to be told an `Action`: a `Retelling`, or an `Unknown`."""
+        number = answered.learner
+        if number not in self._now and number not in self.unknown:
+            for topic, said in self._waiting:  # on its own topic it may come a little later
+                if topic == 'method' and said.learner == number and not said.turns:
+                    self._begin(said)
+                    break
+        told = self._now.get(number)
+        if told and told.is_heard_from_its_start(answered):
+            return told
+        if told:
+            self.proven.remove(self._now.pop(number))
+        return self.unknown.setdefault(number, Unknown(number, self._ear))
 
     def _begin(self, described):
+        self._begun.append(described)
         before = self._now.get(described.learner)
         if before and before.last is None:
             self.proven.remove(before)  # it had only found another world

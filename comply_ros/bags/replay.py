@@ -8,7 +8,7 @@ from comply_ros.bags.bag import Bag
 from comply_ros.bags.conversation import Conversation
 from comply_ros.bags.proof import Proof
 from comply_ros.bags.recorded import BagError
-from comply_ros.bags.retelling import Differs
+from comply_ros.bags.retelling import Differs, Lacks
 from comply_ros.session.disk import in_line
 from comply_ros.session.options import guarded
 from comply_ros.session.screen import progress_bar
@@ -55,7 +55,8 @@ def report(proof, difference):
               f'{each.first[1]} on, and not from its start, so what it had learned is not known; '
               f'{each.fits} answers fit their questions')
     if difference:
-        print(f'differs: {difference}')
+        ends = type(difference) is Lacks
+        print(f'{"not proven further" if ends else "differs"}: {difference}')
     if not proof.proven and not proof.unknown and not difference:
         raise BagError('the bag must have the answers of a learner, and has none')
     proven = [each for each in proof.proven if each.same]

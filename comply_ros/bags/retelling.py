@@ -25,6 +25,10 @@ class Differs(Exception):  # noqa: N818
     """Something that was recorded and is not said again; the message says what."""
 
 
+class Lacks(Differs):
+    """Something that is not in the bag, so that nothing behind it can be proven."""
+
+
 class Ear:
     """
     What was heard in the recorded runs, as far as it may still be needed.
@@ -75,7 +79,7 @@ class Ear:
 
         """
         if said.run not in self.worlds:
-            raise Differs(f'the world of run {said.run} is not in the bag')
+            raise Lacks(f'the world of run {said.run} is not in the bag')
         try:
             return self.worlds[said.run], grid_of(self.worlds[said.run])
         except ValueError as error:
@@ -120,13 +124,15 @@ class Retelling:
     def expect(self, described):
         """Remember what the recorded learner said of itself, for when so much was answered."""
         if described.turns < self._actor.turns and described.digest:
-            raise Differs(f'a digest after {described.turns} answers is in the bag only after '
-                          f'{self._actor.turns} of them')
+            raise Lacks(f'a digest after {described.turns} answers is in the bag only after '
+                        f'{self._actor.turns} of them')
         self._later.append(described)
 
     def tell(self, answered):
         """
         Ask what was asked, and compare the answer with the recorded `Action`.
+
+        One that was told before is passed over.
 
         Raises
         ------
@@ -136,7 +142,7 @@ class Retelling:
         here = answered.run, turn(answered)
         if self.last and self.last[0] == here[0] and here[1] <= self.last[1]:
             return  # said again, as it may be
-        self._catch_up(here)
+        self._catch_up(answered)
         said = self._answer(self._question(here), answered.advice)
         if repr(said) != repr(answered):
             raise Differs(f'on topic action, in run {here[0]}, turn {here[1]}, was recorded '
@@ -144,6 +150,11 @@ class Retelling:
         self._check_advice(answered, self._ear.states[here].state)
         self.same += 1
         self._went_on(here, self._ear.states[here])
+
+    def is_heard_from_its_start(self, answered):
+        """Tell whether there are all questions before the first `Action` that is in the bag."""
+        return self.last is not None or not answered.turns or (
+            answered.run, BEGIN) in self._ear.states
 
     def compare(self, progress):
         """
@@ -168,19 +179,22 @@ class Retelling:
             return
         self._infer(self.last[0], self._next())
 
-    def _catch_up(self, here):
-        """Change by what was answered before this turn, and is not in the bag."""
-        run, until = here
-        if self.last is None or self.last[0] != run:
-            following = BEGIN if (run, BEGIN) in self._ear.states else until
-        else:
-            following = self._next()
-        while following < until:
-            self._infer(run, following)
+    def _catch_up(self, answered):
+        """Change by what was answered before this, and is not in the bag."""
+        while self._actor.turns < answered.turns:
+            self._infer(*self._following(answered.run))
             self.inferred += 1
-            following = self._next()
-        if following != until:
-            raise Differs(f'run {run} goes on in turn {until}, where {following} should be')
+        if self._actor.turns != answered.turns:
+            raise Differs(f'on topic action, in run {answered.run}, turn {turn(answered)}, was '
+                          f'recorded {answered.turns} answers before; a fresh learner has given '
+                          f'{self._actor.turns}')
+
+    def _following(self, run):
+        """Return run and turn of the question after the last one; the run may be another."""
+        here = (run, BEGIN) if self.last is None else (self.last[0], self._next())
+        if here not in self._ear.states and here[0] != run:
+            return run, BEGIN
+        return here
 
     def _next(self):
         """Return the turn that follows the last one."""
@@ -195,7 +209,7 @@ class Retelling:
 
     def _question(self, here):
         if here not in self._ear.states:
-            raise Differs(f'the state of run {here[0]}, turn {here[1]}, is not in the bag')
+            raise Lacks(f'the state of run {here[0]}, turn {here[1]}, is not in the bag')
         return self._ear.states[here]._replace(learner=ANYONE)
 
     def _check_advice(self, answered, state):

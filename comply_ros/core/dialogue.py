@@ -71,6 +71,7 @@ class Action(NamedTuple):
     confidence: float
     learner: int = ANYONE
     advice: int = NO_ACTION
+    turns: int = 0
 
 
 class Episode(NamedTuple):

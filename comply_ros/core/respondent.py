@@ -77,7 +77,8 @@ class Respondent:
         return (self.answer,)
 
     def _at_the_end(self, asked, advice):
-        return Action(*asked[:3], NO_ACTION, False, 0.0, self.number, advice)
+        return Action(*asked[:3], NO_ACTION, False, 0.0, self.number, advice,
+                      max(self.turns - 1, 0))
 
     @property
     def turns(self):
@@ -97,7 +98,7 @@ class Respondent:
             return self._end_episode(asked, advice)
         followed = advice != NO_ACTION and u[0] < p
         self.answer = self.advised = Action(*asked[:3], a, followed, p, self.number,
-                                            advice)
+                                            advice, self.turns - 1)
         return (self.answer,)
 
     def again(self, waits):
