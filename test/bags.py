@@ -109,7 +109,7 @@ def serialize(store, name, said):
     """Return the bytes of a message."""
     kind = kind_of(name)
     arrays = {'starts': np.uint32, 'confidence': np.float32, 'action': np.int8}
-    values = {field: np.array(value, arrays[field]) if type(value) in (list, tuple)
-              and field in arrays else list(value) if type(value) is tuple else value
+    values = {field: np.array(value, arrays[field]) if field in arrays and np.ndim(value)
+              else list(value) if type(value) is tuple else value
               for field, value in said._asdict().items()}
     return store.serialize_cdr(store.types[kind](**values), kind)

@@ -17,7 +17,7 @@ from comply_ros.nodes.processes import START
 
 pytestmark = pytest.mark.usefixtures('domain')
 
-WORLD, MENTOR = ('-p', 'map:=bar_grid'), ('-p', 'mentor:=noisy:0.3')
+WORLD, MENTOR = ('-p', 'map:=bar_grid', '-p', 'rate:=300.0'), ('-p', 'mentor:=noisy:0.3')
 SMALL = ('--map', 'bar_grid', '--mentor', 'noisy:0.3', '--iterations', '3', '--episodes', '5')
 
 
@@ -26,10 +26,16 @@ def recorded(folder, *learner):
     """Run the three nodes with a recorder that hears them from the start; give all by name."""
     with nodes(folder, record=['-p', f'bag:={folder / "bag"}'], grid_world=WORLD,
                mentor=MENTOR) as started:
+        log = started['record']
         for name in ('state', 'mentor_policy'):
-            wait_until(log_has(started['record'], f'hears /{name}'), f'recorder of {name}')
-        with nodes(folder, learner=learner) as others:
-            yield {**started, **others}
+            wait_until(log_has(log, f'hears /{name}'), f'recorder of {name}')
+        with caller() as ask:
+            assert ask.pause().success
+            with nodes(folder, learner=learner) as others:
+                for name in ('method', 'action'):
+                    wait_until(log_has(log, f'hears /{name}'), f'recorder of {name}')
+                assert ask.pause(False).success
+                yield {**started, **others}
 
 
 def test_a_lesson_is_recorded_replayed_and_drawn(tmp_path):
@@ -53,9 +59,8 @@ def test_a_lesson_is_recorded_replayed_and_drawn(tmp_path):
 def test_a_recorder_that_is_killed_leaves_what_it_heard(tmp_path):
     bag = tmp_path / 'bag'
     with recorded(tmp_path, '-p', 'iterations:=0') as started:
-        wait_until(log_has(started['record'], 'hears /method'), 'learner')
         size = (bag / 'bag.mcap').stat().st_size
-        wait_until(lambda: (bag / 'bag.mcap').stat().st_size > size + 100_000, 'more bytes')
+        wait_until(lambda: (bag / 'bag.mcap').stat().st_size > size + 50_000, 'more bytes')
         started['record'].kill()
     proven = run('replay', str(bag))
     assert proven.returncode == 0, proven.stdout + proven.stderr
@@ -68,10 +73,9 @@ def test_settings_that_change_and_a_reset_while_it_learns_are_told_again(tmp_pat
 
     def grows():
         sizes.append(bag.stat().st_size)
-        wait_until(lambda: bag.stat().st_size > sizes[-1] + 50_000, 'more bytes')
+        wait_until(lambda: bag.stat().st_size > sizes[-1] + 30_000, 'more bytes')
 
     with recorded(tmp_path, '-p', 'iterations:=0') as started, caller() as ask:
-        wait_until(log_has(started['record'], 'hears /method'), 'learner')
         grows()
         assert ask.set('learner', temperature=3.0, learning_rate=0.5) == ''
         grows()

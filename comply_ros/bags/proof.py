@@ -75,7 +75,15 @@ class Proof:
         for each in self.proven:
             each.end()
         for report in self._reports:
-            any(each.compare(report) for each in self.proven)
+            self._compare(report)
+
+    def _compare(self, report):
+        """Return if a recorded `Progress` is one that a fresh learner says; raises Differs."""
+        said = [each.report_like(report) for each in self.proven]
+        said = [each for each in said if each is not None]
+        if said and repr(report) not in [repr(each) for each in said]:
+            raise Differs(f'on topic progress, in run {report.run}, iteration {report.iteration}, '
+                          f'was recorded {report}; a fresh learner says {said[-1]}')
 
     def _take(self, topic, said):
         if topic == 'method' and not said.turns and not any(

@@ -156,21 +156,9 @@ class Retelling:
         return self.last is not None or not answered.turns or (
             answered.run, BEGIN) in self._ear.states
 
-    def compare(self, progress):
-        """
-        Compare a recorded `Progress` with what this one said; return whether it said any.
-
-        Raises
-        ------
-        Differs: if it is another.
-
-        """
-        mine = self._progress.get((progress.run, progress.iteration))
-        if mine is not None and repr(mine) != repr(progress):
-            raise Differs(f'on topic progress, in run {progress.run}, iteration '
-                          f'{progress.iteration}, was recorded {progress}; a fresh learner says '
-                          f'{mine}')
-        return mine is not None
+    def report_like(self, progress):
+        """Return the `Progress` that this one said of the same iteration of a run, or None."""
+        return self._progress.get((progress.run, progress.iteration))
 
     def end(self):
         """Ask the last question, which has no answer where it ended the learning."""
