@@ -88,7 +88,7 @@ make_venv() {
       set -- "$@" "$(grep '^colcon-common-extensions==' "$root/requirements/ros.txt")"
   else
     "$python" -m venv "$venv"
-    set --
+    set -- --no-deps  # all of them are pinned, and pip need not work out whether they fit
   fi
   "$venv/bin/python" -m pip install -qq --disable-pip-version-check "$@" \
     "${lists[@]/#/--requirement=}" >&2 ||

@@ -5,9 +5,8 @@ import numpy as np
 import pytest
 from worlds import grid
 
-from comply_ros.core.dialogue import describe, Progress, StateReward
+from comply_ros.core.dialogue import describe, Policy, Progress, StateReward, Trust
 from comply_ros.dashboard.onlooker import Onlooker, RUNS
-from comply_ros.nodes.topics import Policy, Trust
 
 GRID = grid('..G', '...')
 

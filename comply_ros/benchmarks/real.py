@@ -14,6 +14,7 @@ from rclpy.signals import SignalHandlerOptions
 from comply_ros.benchmarks.stamps import Stamps
 from comply_ros.benchmarks.stopwatch import Stopwatch
 from comply_ros.core.dialogue import StateReward
+from comply_ros.core.world_actor import WorldActor
 from comply_ros.nodes import pauses, running, topics
 from comply_ros.session.interrupts import end_with_parent, interrupts
 
@@ -44,7 +45,7 @@ CHOICES = {'default_executor': use_the_default_executor, 'best_effort': use_best
 
 
 def timed(hear, note):
-    """Return hear as a node calls it, that notes the steps and beginnings that it brings about."""
+    """Return hear as a world calls it, that notes the steps and beginnings it brings about."""
     def hear_action(self, said):
         utterances = hear(self, said)
         if utterances and type(utterances[-1]) is StateReward:
@@ -77,7 +78,7 @@ def main(argv):
               for name in names.split('+')]
     stamps = Stamps(Path(folder))
     if 'grid_world' in names:
-        makers[0].hear_action = timed(makers[0].hear_action, stamps.note)
+        WorldActor.hear_action = timed(WorldActor.hear_action, stamps.note)
     if len(makers) > 1:
         spin_together(makers, arguments)
     else:
