@@ -36,19 +36,24 @@ def ask(domain):
         yield node
 
 
+def until(ask, person, condition, what):
+    """Spin until the condition is true, and look at the page meanwhile: a full one is no page."""
+    return ask.until(lambda: person.read() is not None and condition(), what)
+
+
 def test_keys_steer_the_robot_and_q_leaves_the_terminal_as_it_was(tmp_path, ask):
     with typist(*PATIENT) as person, nodes(tmp_path, grid_world=WORLD, learner=LEARNER):
         for keys in (('\x1b[D', '\x1b[C', '\x1b[B', '\x1b[A'), 'adsw', 'adsw',
                      ('\x1bOD', '\x1bOC', '\x1bOB', '\x1bOA')):
-            asked = ask.until(lambda: ask.heard['state'], 'state')[-1]
+            asked = until(ask, person, lambda: ask.heard['state'], 'state')[-1]
             person.sees(f'step {asked.step} of episode {asked.episode}; it waits for you')
             action = int(FREE.available[asked.state].argmax())
             person.type(keys[action])
-            ask.until(lambda asked=asked: ask.heard['action'] and
+            until(ask, person, lambda asked=asked: ask.heard['action'] and
                       ask.heard['action'][-1][:3] == asked[:3], 'answer')
             said = ask.heard['action'][-1]
             assert (said.action, said.followed) == (action, True)
-            ask.until(lambda asked=asked: ask.heard['state'][-1] != asked, 'next state')
+            until(ask, person, lambda asked=asked: ask.heard['state'][-1] != asked, 'next state')
         person.type(' ')
         person.sees('you said no advice')
         person.type('q')
@@ -74,14 +79,14 @@ def test_what_is_painted_answers_by_itself_and_the_trust_is_shown(tmp_path, ask)
         person.type('\t')
         person.sees('mode: painting')
         person.sees('trust in you: 1.00 here')
-        before = ask.until(lambda: ask.heard['mentor_policy'], 'map')[-1].action
+        before = until(ask, person, lambda: ask.heard['mentor_policy'], 'map')[-1].action
         person.type('\x1b[C' * 12 + '\x1b[B' * 12 + 'w' + '\x1b[D' + 'w')
         person.sees('painted up')
-        ask.until(lambda: ask.heard['mentor_policy'][-1].action.count(3) == 2, 'map')
+        until(ask, person, lambda: ask.heard['mentor_policy'][-1].action.count(3) == 2, 'map')
         now = ask.heard['mentor_policy'][-1].action
         assert [s for s, (a, b) in enumerate(zip(now, before)) if a != b] == [9, 10]
         person.type(' ')
-        ask.until(lambda: ask.heard['mentor_policy'][-1].action.count(3) == 1, 'map')
+        until(ask, person, lambda: ask.heard['mentor_policy'][-1].action.count(3) == 1, 'map')
         person.type('o')
         person.sees('saved to')
         assert (tmp_path / 'mine.txt').read_text().splitlines()[-1] == '..........^'
@@ -92,7 +97,7 @@ def test_what_is_painted_answers_by_itself_and_the_trust_is_shown(tmp_path, ask)
 def test_a_generated_mentor_is_where_a_person_can_begin(tmp_path, ask):
     with typist(*PATIENT, '-p', 'mentor:=optimal') as person, nodes(tmp_path, grid_world=WORLD):
         person.sees('begins as optimal')
-        ask.until(lambda: ask.heard['mentor_policy'] and
+        until(ask, person, lambda: ask.heard['mentor_policy'] and
                   ask.heard['mentor_policy'][-1].action.count(-1) < 5, 'map')
 
 
