@@ -43,14 +43,15 @@ def test_this_machine_needs_no_token(host):
 @pytest.mark.parametrize('headers', [
     {'host': 'rebound.example:8080'}, {},
     {'host': 'localhost:8080', 'origin': 'http://elsewhere.example'},
-    {'host': 'localhost:8080', 'origin': 'null'}])
+    {'host': 'localhost:8080', 'origin': 'null'},
+    {'host': '['}, {'host': 'localhost', 'origin': 'http://['}])
 def test_other_sites_do_not_reach_the_page_of_this_machine(headers):
     assert knock('', **headers)[0]['status'] == 403
     assert knock('', kind='websocket', **headers) == [{'type': 'websocket.close', 'code': 1008}]
 
 
 def test_who_knows_the_token_is_let_in_from_anywhere():
-    cookie = f'a=b; comply_ros_token={TOKEN}'
+    cookie = f'other={{"a":1}}; comply_ros_token={TOKEN}'
     assert is_let_in(TOKEN, host='robot:8080', cookie=cookie)
     assert is_let_in(TOKEN, kind='websocket', host='robot:8080', origin='http://robot:8080',
                      cookie=cookie)
@@ -69,7 +70,7 @@ def test_the_right_token_is_kept_in_a_cookie_that_scripts_and_other_sites_do_not
         answer = knock(TOKEN, host='robot', **given)[0]
         headers = dict(answer['headers'])
         assert answer['status'] == 303 and headers[b'location'] == b'/'
-        assert headers[b'set-cookie'].endswith(b'HttpOnly; SameSite=Strict')
+        assert headers[b'set-cookie'].endswith(b'HttpOnly; SameSite=Lax')
 
 
 def test_a_wrong_token_is_said_to_be_wrong_and_not_shown_again():

@@ -29,6 +29,13 @@ def test_it_sees_nothing_before_a_world():
     assert onlooker.sight.world is None and onlooker.sight.heard.trust is None
 
 
+def test_a_state_that_came_before_its_world_is_seen_with_it():
+    onlooker = Onlooker()
+    onlooker.hear_state(StateReward(7, 1, 0, GRID.starts[0], 0.0, False, False))
+    onlooker.hear_world(describe(GRID, 'small', run=7))
+    assert onlooker.sight.heard.question.state == GRID.starts[0]
+
+
 def test_reports_that_came_before_their_world_are_kept():
     onlooker = Onlooker()
     onlooker.hear_trust(Trust(7, 3, 2, [0.5] * 6))

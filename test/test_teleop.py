@@ -94,6 +94,16 @@ def test_what_is_painted_answers_by_itself_and_the_trust_is_shown(tmp_path, ask)
         person.sees('a tenth is spoiled')
 
 
+def test_what_is_painted_before_there_is_a_world_waits_for_one(ask):
+    with typist(*PATIENT) as person:
+        person.sees('waits for a world')
+        person.type('\tw')
+        person.sees('mode: painting')
+        assert person.process.poll() is None
+        person.type('q')
+        assert person.end() == (0, True)
+
+
 def test_a_generated_mentor_is_where_a_person_can_begin(tmp_path, ask):
     with typist(*PATIENT, '-p', 'mentor:=optimal') as person, nodes(tmp_path, grid_world=WORLD):
         person.sees('begins as optimal')

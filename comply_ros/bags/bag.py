@@ -58,7 +58,8 @@ class Bag:
                     self.count += 1
                     yield each
             except CutOff as cut:
-                self.cut = self.cut or f'{path.name} {cut}'
+                self.cut = f'{path.name} {cut}'
+                return
             except BagError as error:
                 raise BagError(f'{path.name}: {error}') from None
         if self.cut is None and self.path.is_dir():

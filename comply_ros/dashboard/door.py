@@ -2,7 +2,6 @@
 """Who may see the page: this machine, and from elsewhere those who know the token."""
 
 import hmac
-from http.cookies import CookieError, SimpleCookie
 from urllib.parse import parse_qs, urlsplit
 
 HOME = ('localhost', '127.0.0.1', '::1')  # addresses that only this machine reaches
@@ -35,7 +34,7 @@ class Door:
 
     async def __call__(self, scope, receive, send):
         """Serve one request, or refuse it."""
-        if scope['type'] == 'lifespan' or self._is_known(scope):
+        if scope['type'] == 'lifespan' or self._may_pass(scope):
             await self._app(scope, receive, send)
         elif scope['type'] == 'websocket':
             await receive()
@@ -45,6 +44,12 @@ class Door:
                           'printed, on the machine on which it runs.')
         else:
             await self._ask(scope, receive, send)
+
+    def _may_pass(self, scope):
+        try:
+            return self._is_known(scope)
+        except ValueError:  # a host or an origin that is none
+            return False
 
     def _is_known(self, scope):
         headers = dict(scope['headers'])
@@ -63,18 +68,16 @@ class Door:
         given = scope['query_string'] if scope['method'] != 'POST' else await _body(receive)
         token = parse_qs(given.decode('latin-1')).get('token', [''])[0]
         if self._is_right(token):
-            cookie = f'{COOKIE}={self._token}; Path=/; HttpOnly; SameSite=Strict'
+            cookie = f'{COOKIE}={self._token}; Path=/; HttpOnly; SameSite=Lax'
             await _answer(send, 303, '', (b'location', b'/'), (b'set-cookie', cookie.encode()))
         else:
             await _answer(send, 401, FORM.format('This is not the token.' if token else ''))
 
 
 def _cookie(headers):
-    try:
-        cookies = SimpleCookie(headers.get(b'cookie', b'').decode('latin-1'))
-    except CookieError:
-        return ''
-    return cookies[COOKIE].value if COOKIE in cookies else ''
+    pairs = (each.strip().partition('=')
+             for each in headers.get(b'cookie', b'').decode('latin-1').split(';'))
+    return next((value for name, _, value in pairs if name == COOKIE), '')
 
 
 async def _body(receive):

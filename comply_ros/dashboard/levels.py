@@ -26,7 +26,7 @@ class Levels:
         self._take()
         if world is not self._world:
             self._world, self._advice, self._yardstick = world, None, None
-            self._optimal, self._mentor = None, None
+            self._optimal, self._mentor, self._next = None, None, 0.0
         if self._running is None and world is not None and time.monotonic() >= self._next:
             self._begin(world, advice)
         return self._optimal, self._mentor

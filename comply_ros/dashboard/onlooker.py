@@ -69,13 +69,14 @@ class Onlooker(Attendant):
 
     def attend(self, said, grid):
         """Change into an onlooker of this world; return nothing to say."""
-        for hear, message in self._attention.attend(said):
-            hear(message)
+        held = self._attention.attend(said)
         if self.world is None or self.world.grid != grid:
             self.world = World(grid)
         heard, self._runs = self._runs.get(said.run), OrderedDict()
         if heard:
             self._runs[said.run] = self._checked(heard)
+        for hear, message in held:
+            hear(message)
         return ()
 
     def hear_state(self, said):

@@ -106,7 +106,7 @@ def listen(address, port):
 
 def link(address, listening, token):
     """Address of the page to open in a browser, the token in it."""
-    host = socket.gethostname() if address in ('0.0.0.0', '::') else address
+    host = socket.gethostname() if address in ('', '0.0.0.0', '::') else address
     host = f'[{host}]' if ':' in host else host
     return f'http://{host}:{listening.getsockname()[1]}/' + (f'?token={token}' if token else '')
 

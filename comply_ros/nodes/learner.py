@@ -282,6 +282,7 @@ class Learner(ActorNode):
     def _describe(self, turns, digest=''):
         """Who learns, after so many answers, to this digest."""
         name, seed, remembers = self._identity
+        remembers = self.actor.changed.get(REMEMBERS_ADVICE.name, remembers)
         return LearnerDescription(
             self.actor.described.run, self.actor.number, turns, name,
             json.dumps(asdict(self.actor.method)), seed, remembers, digest)

@@ -74,7 +74,7 @@ class TeleopMentor(PersonMentor):
         if self.policy is None:
             return head
         grid, robot = self.actor.world.grid, self.actor.robot
-        return head + map_lines(grid, self.policy, self._trust, robot and robot.state,
+        return head + map_lines(grid, self.policy, self._trust_here(), robot and robot.state,
                                 None if self.steering else self._place(), columns,
                                 rows - len(head))
 
@@ -101,6 +101,8 @@ class TeleopMentor(PersonMentor):
         word = 'no advice' if action == NO_ACTION else WORDS[action]
         if self.steering:
             return f'you said {word}' if self.steer(action) else 'the robot does not wait'
+        if self.policy is None:
+            return 'waits for a world'
         self.paint({self._place(): action})
         return f'painted {word}'
 
@@ -124,7 +126,7 @@ class TeleopMentor(PersonMentor):
         """Take the confidence in every state, if it is of the world that is here."""
         world = self.actor.described
         if world and said.run == world.run and len(said.confidence) == world.width * world.height:
-            self._trust = said.confidence
+            self._trust = said.run, said.confidence
         return ()
 
     def _hear_keys(self):
@@ -163,13 +165,19 @@ class TeleopMentor(PersonMentor):
                    + f'   {self._trust_in_words(robot.state)}   arrows: {advised}')
         yield self._remark
 
+    def _trust_here(self):
+        """Return the confidence in every state, None where it is not known in this run."""
+        return self._trust[1] if self._trust and self._trust[0] == self.actor.described.run \
+            else None
+
     def _trust_in_words(self, state):
-        if self._trust is None:
+        confidence = self._trust_here()
+        if confidence is None:
             return 'trust in you: not known yet'
-        advised = [trust for trust, action in zip(self._trust, self.policy.tolist())
+        advised = [trust for trust, action in zip(confidence, self.policy.tolist())
                    if action != NO_ACTION]
         mean = f', {sum(advised) / len(advised):.2f} where you advise' if advised else ''
-        return f'trust in you: {self._trust[state]:.2f} here{mean}'
+        return f'trust in you: {confidence[state]:.2f} here{mean}'
 
     def _warn(self, said):
         super()._warn(said)
