@@ -45,13 +45,7 @@ def draw_learning_curve(path, curves, summary):
         _level(axes, summary['mentor_return'], ORANGE, 'mentor', '--')
     axes.set(xlabel=f'iteration ({summary["episodes"]} episodes each)',
              ylabel='mean return of an episode', xlim=(1, max(2, len(iterations))))
-    axes.set_title(f'{summary["method"]} on {summary["map"]}, mentor {summary["mentor"]}',
-                   loc='left', fontsize=11, color=INK)
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.spines[['top', 'right']].set_visible(False)
-    axes.grid(color='#eee')
-    axes.set_axisbelow(True)
-    axes.legend(frameon=False, loc='center right')
+    _dress(axes, summary, 'center right')
     write_picture(figure, path)
 
 
@@ -73,13 +67,7 @@ def draw_episode_lengths(path, episodes, limit, summary):
                   label=f'cut off at {limit} steps')
     axes.plot(numbers, running_mean(steps), color=BLUE, linewidth=2.2, label='running mean')
     axes.set(xlabel='episode', ylabel='steps', xlim=(0, len(steps) + 1), ylim=(0, None))
-    axes.set_title(f'{summary["method"]} on {summary["map"]}, mentor {summary["mentor"]}',
-                   loc='left', fontsize=11, color=INK)
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.spines[['top', 'right']].set_visible(False)
-    axes.grid(color='#eee')
-    axes.set_axisbelow(True)
-    axes.legend(frameon=False, loc='upper right')
+    _dress(axes, summary, 'upper right')
     write_picture(figure, path)
 
 
@@ -110,3 +98,14 @@ def draw_trust_map(path, world, advice, confidence, visited, summary):
 
 def _level(axes, value, colour, name, line):
     axes.axhline(value, color=colour, linestyle=line, linewidth=1.5, label=f'{name} ({value:.2f})')
+
+
+def _dress(axes, summary, legend):
+    """Give axes over whole numbers their title, grid and legend."""
+    axes.set_title(f'{summary["method"]} on {summary["map"]}, mentor {summary["mentor"]}',
+                   loc='left', fontsize=11, color=INK)
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axes.spines[['top', 'right']].set_visible(False)
+    axes.grid(color='#eee')
+    axes.set_axisbelow(True)
+    axes.legend(frameon=False, loc=legend)
