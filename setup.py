@@ -2,19 +2,18 @@
 """Install comply_ros where ROS 2 looks for it."""
 
 from glob import glob
+from runpy import run_path
 
 from setuptools import find_packages, setup
 
-EXECUTABLES = ('grid_world', 'mentor', 'learner', 'teleop_mentor', 'fault_injector', 'viewer',
-               'lesson', 'dashboard', 'train', 'reproduce', 'sweep', 'topic', 'service',
-               'param', 'record', 'replay', 'plot')
+# Read without importing the package, which needs not be importable where it is built.
+EXECUTABLES = run_path('comply_ros/executables.py')['EXECUTABLES']
 
 setup(
     name='comply_ros',
     version='0.1.0',
-    packages=find_packages(include=('comply_ros', 'comply_ros.*'),
-                           exclude=('comply_ros.benchmarks',)),
-    package_data={'comply_ros': ['maps/*.yaml']},
+    packages=find_packages(include=('comply_ros', 'comply_ros.*')),
+    package_data={'comply_ros': ['maps/*.yaml', 'py.typed']},
     data_files=[
         ('share/ament_index/resource_index/packages', ['resource/comply_ros']),
         ('share/comply_ros', ['package.xml']),
@@ -30,5 +29,5 @@ setup(
     maintainer='The comply_ros maintainers',
     maintainer_email='maintainers@comply-ros.example',
     entry_points={'console_scripts': [
-        f'{name} = comply_ros.entry:{name}' for name in EXECUTABLES]},
+        f'{name} = comply_ros.executables:{name}' for name in EXECUTABLES]},
 )

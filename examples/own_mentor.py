@@ -9,12 +9,12 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 worlds = {}
 
 
-def hear_state(said):
+def observe(msg):
     """Answer the question of a world that is known; any other is asked again."""
-    if said.run in worlds:
+    if msg.run in worlds:
         publisher.publish(Recommendation(
-            run=said.run, episode=said.episode, step=said.step, state=said.state,
-            action=advice(said.state, worlds[said.run])))
+            run=msg.run, episode=msg.episode, step=msg.step, state=msg.state,
+            action=advice(msg.state, worlds[msg.run])))
 
 
 def advice(state, world):
@@ -30,8 +30,8 @@ rclpy.init()
 node = rclpy.create_node('own_mentor')
 publisher = node.create_publisher(Recommendation, 'recommendation', LATCHED)
 node.create_subscription(
-    WorldDescription, 'world', lambda said: worlds.update({said.run: said}), LATCHED)
-node.create_subscription(StateReward, 'state', hear_state, LATCHED)
+    WorldDescription, 'world', lambda msg: worlds.update({msg.run: msg}), LATCHED)
+node.create_subscription(StateReward, 'state', observe, LATCHED)
 try:
     rclpy.spin(node)
 except KeyboardInterrupt:

@@ -9,27 +9,27 @@ from pathlib import Path
 import numpy as np
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 
-from comply_ros.bags.conversation import kind_of
-from comply_ros.bags.writing import BagWriter
-from comply_ros.core.compliance import confidences
-from comply_ros.core.dialogue import (
+from comply_ros.bags.bag_writer import BagWriter
+from comply_ros.bags.message_decoder import kind_of
+from comply_ros.learner.confidence import confidence_map
+from comply_ros.learner.presets import METHODS
+from comply_ros.mentor.mentor_policies import noisy_policy
+from comply_ros.protocol.grid_world import GridWorld
+from comply_ros.protocol.learner import Learner
+from comply_ros.protocol.mentor import Mentor
+from comply_ros.protocol.messages import (
     Action,
     Episode,
     LearnerDescription,
     Policy,
     Progress,
     Recommendation,
-    SPOKEN,
     StateReward,
+    TOPIC_TYPES,
     Trust,
 )
-from comply_ros.core.learner_actor import LearnerActor
-from comply_ros.core.mentor_actor import MentorActor
-from comply_ros.core.mentors import noisy_policy
-from comply_ros.core.methods import METHODS
-from comply_ros.core.world import World
-from comply_ros.core.world_actor import WorldActor
-from comply_ros.session.maps import read_map
+from comply_ros.storage.map_files import read_map
+from comply_ros.world.mdp import World
 
 TEXTS = {f'comply_msgs/msg/{path.stem}': path.read_text()
          for path in (Path(__file__).parents[1] / 'msg_defs' / 'msg').glob('*.msg')}
@@ -43,13 +43,13 @@ class Held:
     def __init__(self, method='beta_implicit', iterations=3, episodes=4, seed=3, run=7, number=5):
         self.row = replace(METHODS['published'][method], iterations=iterations, episodes=episodes)
         self.grid = read_map('bar_grid', 'published')
-        self.world = WorldActor(self.grid, 'bar_grid', run, seed)
-        self.mentor, self.learner = MentorActor(), LearnerActor(self.row, seed, number=number)
+        self.world = GridWorld(self.grid, 'bar_grid', run, seed)
+        self.mentor, self.learner = Mentor(), Learner(self.row, seed, number=number)
         self._name, self._seed, self.spoken = method, seed, []
         self._begin()
         while not self.learner.finished:
             self._turn()
-        self._say('trust', Trust(run, self.grid.width, self.grid.height, confidences(
+        self._say('trust', Trust(run, self.grid.width, self.grid.height, confidence_map(
             self.row, self.learner.memory, self.learner.advice_heard())))
         self.describe(self.learner.memory.digest())
         self.digest = self.learner.memory.digest()
@@ -63,8 +63,8 @@ class Held:
     def _begin(self):
         described = self.world.description
         self._say('world', described)
-        self.mentor.hear_world(described)
-        self.learner.hear_world(described)
+        self.mentor.on_world(described)
+        self.learner.on_world(described)
         self.describe()
         policy = noisy_policy(World(self.grid), 0.3, np.random.default_rng(0))
         self.mentor.use(policy)
@@ -74,19 +74,19 @@ class Held:
     def _turn(self):
         asked = self.world.question
         self._say('state', asked)
-        answers = self.learner.hear_state(asked)
-        for advice in self.mentor.hear_state(asked):
+        answers = self.learner.observe(asked)
+        for advice in self.mentor.observe(asked):
             self._say('recommendation', advice)
-            answers += self.learner.hear_recommendation(advice)
-        for said in answers:
-            self._say(NAMES[type(said)], said)
-        for said in (each for each in answers if type(each) is Action):
-            for news in self.world.hear_action(said):
+            answers += self.learner.on_recommendation(advice)
+        for msg in answers:
+            self._say(NAMES[type(msg)], msg)
+        for msg in (each for each in answers if type(each) is Action):
+            for news in self.world.on_action(msg):
                 if type(news) is Episode:
                     self._say('episode', news)
 
-    def _say(self, topic, said):
-        self.spoken.append((topic, said))
+    def _say(self, topic, msg):
+        self.spoken.append((topic, msg))
 
 
 def write(path, spoken, storage='mcap', namespace='', flushes=200):
@@ -95,21 +95,21 @@ def write(path, spoken, storage='mcap', namespace='', flushes=200):
     store = get_typestore(Stores.EMPTY)
     for kind, text in TEXTS.items():
         store.register(get_types_from_msg(text, kind))
-    for name in SPOKEN:
+    for name in TOPIC_TYPES:
         bag.add(f'{namespace}/{name}', kind_of(name))
-    for number, (name, said) in zip(count(1), spoken):
-        bag.write(f'{namespace}/{name}', 10 ** 18 + number, serialize(store, name, said))
+    for number, (name, msg) in zip(count(1), spoken):
+        bag.write(f'{namespace}/{name}', 10 ** 18 + number, serialize(store, name, msg))
         if storage == 'mcap' and number % flushes == 0:
             bag.flush()
     bag.close()
     return path
 
 
-def serialize(store, name, said):
+def serialize(store, name, msg):
     """Return the bytes of a message."""
     kind = kind_of(name)
     arrays = {'starts': np.uint32, 'confidence': np.float32, 'action': np.int8}
     values = {field: np.array(value, arrays[field]) if field in arrays and np.ndim(value)
               else list(value) if type(value) is tuple else value
-              for field, value in said._asdict().items()}
+              for field, value in msg._asdict().items()}
     return store.serialize_cdr(store.types[kind](**values), kind)

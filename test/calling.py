@@ -33,7 +33,7 @@ class Caller(Node):
         self.words, self.heard, self._called = {}, {}, 0.0
         self.executor_ = rclpy.executors.SingleThreadedExecutor(context=context)
         self.executor_.add_node(self)
-        self.create_subscription(DiagnosticArray, '/diagnostics', self._hear_health, 10)
+        self.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 10)
 
     def listen(self, *topics):
         """Keep what is said on topics from now on."""
@@ -96,7 +96,7 @@ class Caller(Node):
             return [each for each in calls if each.done()]
         return self.until(answered, 'answer')[0].result()
 
-    def _hear_health(self, message):
+    def _on_diagnostics(self, message):
         for status in message.status:
             self.words[status.name] = status.message
 

@@ -6,7 +6,7 @@ import os
 import pytest
 import shared_memory
 
-from comply_ros.core.compiled import compiled
+from comply_ros.numerics.jit import compiled
 
 
 @pytest.fixture(params=['plain', 'compiled'])

@@ -3,10 +3,10 @@
 
 from collections import deque
 
-from comply_ros.core.dialogue import Action, Recommendation, StateReward, WorldDescription
+from comply_ros.protocol.messages import Action, Recommendation, StateReward, WorldDescription
 
 
-class Conversation:
+class DecodedMessages:
     """
     Three actors on a network that loses nothing.
 
@@ -19,32 +19,32 @@ class Conversation:
 
     def __init__(self, world, mentor, learner):
         self.world, self.mentor, self.learner = world, mentor, learner
-        self.said, self._way = [], deque()
+        self.msg, self._way = [], deque()
         self.say(world.recall())
 
     @property
     def asked(self):
         """Return the questions that were said, each once."""
-        questions = [each for each in self.said if type(each) is StateReward]
+        questions = [each for each in self.msg if type(each) is StateReward]
         return [each for before, each in zip([None, *questions], questions) if each != before]
 
-    def say(self, utterances):
+    def say(self, outputs):
         """Let everybody hear this, later."""
-        self.said += utterances
-        self._way += utterances
+        self.msg += outputs
+        self._way += outputs
 
     def run(self, messages=float('inf')):
         """Deliver so many messages, or until nothing is said any more; return how many."""
         count = 0
         while self._way and count < messages:
-            said = self._way.popleft()
-            for hear in self._ears(said):
-                self.say(hear(said))
+            msg = self._way.popleft()
+            for hear in self._ears(msg):
+                self.say(hear(msg))
             count += 1
         return count
 
-    def _ears(self, said):
-        return {WorldDescription: (self.mentor.hear_world, self.learner.hear_world),
-                StateReward: (self.mentor.hear_state, self.learner.hear_state),
-                Recommendation: (self.learner.hear_recommendation,),
-                Action: (self.world.hear_action,)}.get(type(said), ())
+    def _ears(self, msg):
+        return {WorldDescription: (self.mentor.on_world, self.learner.on_world),
+                StateReward: (self.mentor.observe, self.learner.observe),
+                Recommendation: (self.learner.on_recommendation,),
+                Action: (self.world.on_action,)}.get(type(msg), ())

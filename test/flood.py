@@ -22,7 +22,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from comply_ros.nodes import topics
-from comply_ros.nodes.health import process_name, TOPIC
+from comply_ros.nodes.diagnostics import process_name, TOPIC
 
 DIAGNOSTICS = topics.Topic(TOPIC, DiagnosticArray, None, QoSProfile(depth=10))
 LIVE = (topics.STATE, topics.RECOMMENDATION, topics.ACTION, topics.WORLD, topics.EPISODE,
@@ -30,7 +30,7 @@ LIVE = (topics.STATE, topics.RECOMMENDATION, topics.ACTION, topics.WORLD, topics
 NODES = 'grid_world', 'mentor', 'learner'
 KEPT = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)  # none is lost
 ACKNOWLEDGED = Duration(seconds=10.0)
-kinds = {topic.name: GARBAGE.get(topic.said, policies) for topic in LIVE} | {'trust': trusts}
+kinds = {topic.name: GARBAGE.get(topic.tuple_type, policies) for topic in LIVE} | {'trust': trusts}
 statuses = st.builds(
     lambda level, name, message, value: lambda pids: DiagnosticArray(status=[DiagnosticStatus(
         level=bytes([level]), name=f'of nobody {name}', message=message,
@@ -88,7 +88,7 @@ class Flood:
         self._encoders = {topic.name: topics.encoder(topic) for topic in LIVE}
         for topic in LIVE:
             self._listen(topic)
-        self._node.create_subscription(DiagnosticArray, TOPIC, self._hear_health, 1000)
+        self._node.create_subscription(DiagnosticArray, TOPIC, self._on_diagnostics, 1000)
 
     def _listen(self, topic):
         decode = topics.decoder(topic)
@@ -96,15 +96,15 @@ class Flood:
             topic.message, topic.name, lambda message: self._hear(topic, decode(message)),
             topic.qos)
 
-    def _hear(self, topic, said):
-        if _short(said) in self._said:
+    def _hear(self, topic, msg):
+        if _short(msg) in self._said:
             return  # of this node
-        self.latest[topic.name] = said
+        self.latest[topic.name] = msg
         if topic in (topics.WORLD, topics.TRUST, topics.POLICY, topics.MENTOR_POLICY):
             self._deaf.add(topic.name)  # this does not change, and what comes now is garbage
 
-    def _hear_health(self, said):
-        for status in said.status:
+    def _on_diagnostics(self, msg):
+        for status in msg.status:
             if not status.name.startswith('of nobody'):
                 self.told[status.name] = {each.key: each.value for each in status.values}
 
@@ -138,9 +138,9 @@ class Flood:
         if topic is DIAGNOSTICS:
             message = spoil(self._pids)
         elif topic.name in self.latest:
-            said = spoil(self.latest[topic.name])
-            self._said.add(_short(said))
-            message = self._encoders[topic.name](said)
+            msg = spoil(self.latest[topic.name])
+            self._said.add(_short(msg))
+            message = self._encoders[topic.name](msg)
         else:
             return
         self._publishers[topic.name].publish(message)
@@ -163,6 +163,6 @@ class Flood:
             self.asked.append(client.call_async(kind.Request(**request)))
 
 
-def _short(said):
+def _short(msg):
     """Return what tells a tuple from another one, without its arrays."""
-    return type(said), *(len(each) if hasattr(each, '__len__') else repr(each) for each in said)
+    return type(msg), *(len(each) if hasattr(each, '__len__') else repr(each) for each in msg)

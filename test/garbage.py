@@ -12,7 +12,7 @@ from functools import partial
 
 from hypothesis import strategies as st
 
-from comply_ros.core.dialogue import (
+from comply_ros.protocol.messages import (
     Action,
     describe,
     Episode,
@@ -21,7 +21,7 @@ from comply_ros.core.dialogue import (
     StateReward,
     WorldDescription,
 )
-from comply_ros.core.grid import Grid
+from comply_ros.world.grid import Grid
 
 FAR = 1_000_000  # episodes ahead, which no test comes to
 LARGEST = 2 ** 32
@@ -38,29 +38,29 @@ no_probability = st.one_of(odd, st.floats(max_value=-1e-9), st.floats(min_value=
 
 def replaced(fields):
     """Draw functions that replace these fields by what their strategies draw."""
-    return st.fixed_dictionaries(fields).map(lambda values: lambda said: said._replace(**values))
+    return st.fixed_dictionaries(fields).map(lambda values: lambda msg: msg._replace(**values))
 
 
 another_run = st.integers(1, LARGEST - 1).map(
-    lambda k: lambda said: said._replace(run=said.run ^ k))
+    lambda k: lambda msg: msg._replace(run=msg.run ^ k))
 ahead = st.tuples(st.integers(FAR, 2 * FAR), naturals).map(
-    lambda k: lambda said: said._replace(episode=said.episode % FAR + k[0], step=k[1]))
+    lambda k: lambda msg: msg._replace(episode=msg.episode % FAR + k[0], step=k[1]))
 past = st.tuples(naturals, naturals).map(
-    lambda k: lambda said: said._replace(episode=k[0] % max(said.episode, 1), step=k[1]))
+    lambda k: lambda msg: msg._replace(episode=k[0] % max(msg.episode, 1), step=k[1]))
 
 
 def then(*strategies):
     """Draw functions that do what these draw one after the other."""
-    def one_after_the_other(functions, said):
+    def one_after_the_other(functions, msg):
         for each in functions:
-            said = each(said)
-        return said
+            msg = each(msg)
+        return msg
     return st.tuples(*strategies).map(lambda functions: partial(one_after_the_other, functions))
 
 
 def flipped(name):
     """Draw a function that turns a truth value round."""
-    return st.just(lambda said: said._replace(**{name: not getattr(said, name)}))
+    return st.just(lambda msg: msg._replace(**{name: not getattr(msg, name)}))
 
 
 wild_state = replaced({'state': naturals, 'reward': numbers, 'terminated': st.booleans(),
@@ -92,7 +92,7 @@ def rival(k):
     """Return a function from a world to another one, whole, of another run and name."""
     tiny = Grid(('.G', '..'), (0,), -1.0, -5.0, 10.0, 0.9, 20 + k % 9)
     began = (0.0, -1e300, 1e300)[k % 3]
-    return lambda said: describe(tiny, f'rival {k}', said.run ^ (1 + k), began)
+    return lambda msg: describe(tiny, f'rival {k}', msg.run ^ (1 + k), began)
 
 
 spoiled_world = st.one_of(
@@ -107,18 +107,18 @@ spoiled_world = st.one_of(
     replaced({'sha256': texts}), replaced({'name': sizes.map(lambda n: 'x' * (n + 256))}))
 worlds = st.one_of(
     then(spoiled_world, another_run), spoiled_world, st.integers(0, 50).map(rival),
-    st.integers(0, 50).map(lambda k: lambda said: rival(k)(said)._replace(run=said.run)))
+    st.integers(0, 50).map(lambda k: lambda msg: rival(k)(msg)._replace(run=msg.run)))
 progress = st.one_of(
     then(replaced({'iteration': naturals, 'mean_return': numbers, 'finished': st.booleans()}),
          another_run),
     replaced({'mean_return': odd}), replaced({'iteration': naturals, 'mean_return': odd}),
     replaced({'temperature': odd}), replaced({'confidence': no_probability.filter(
         lambda value: value == value)}),
-    st.integers(1, 5).map(lambda k: lambda said: said._replace(
-        iteration=said.iteration + k, mean_return=float('nan'))),
-    st.integers(1, 5).map(lambda k: lambda said: said._replace(
-        iteration=said.iteration + k, finished=not said.finished)),
-    st.integers(1, 5).map(lambda k: lambda said: said._replace(iteration=said.iteration + k)))
+    st.integers(1, 5).map(lambda k: lambda msg: msg._replace(
+        iteration=msg.iteration + k, mean_return=float('nan'))),
+    st.integers(1, 5).map(lambda k: lambda msg: msg._replace(
+        iteration=msg.iteration + k, finished=not msg.finished)),
+    st.integers(1, 5).map(lambda k: lambda msg: msg._replace(iteration=msg.iteration + k)))
 episodes = st.one_of(another_run, replaced({'total_reward': numbers, 'steps': naturals}))
 GARBAGE = {WorldDescription: worlds, StateReward: states, Recommendation: advice, Action: actions,
            Episode: episodes, Progress: progress}

@@ -8,7 +8,7 @@ import subprocess
 import sys
 import time
 
-from comply_ros.nodes.processes import NodeProcess, START
+from comply_ros.nodes.node_processes import NodeProcess, START
 
 DEADLINE = 90.0
 

@@ -4,14 +4,14 @@
 import pytest
 from test_conversation import HERE, state
 
-from comply_ros.core.attention import ASKED, Attention, RIVALS, SILENCE
+from comply_ros.protocol.attention import ASKED, Attention, RIVALS, SILENCE
 
 FIRST, SECOND = HERE._replace(run=1, began=10.0), HERE._replace(run=2, began=20.0)
 
 
-def hear(said):
+def hear(msg):
     """Hear nothing."""
-    return (said,)
+    return (msg,)
 
 
 @pytest.fixture

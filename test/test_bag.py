@@ -14,9 +14,9 @@ import pytest
 from rosbags.highlevel import AnyReader
 
 from comply_ros.bags import replay
-from comply_ros.bags.bag import Bag
-from comply_ros.bags.conversation import Conversation
-from comply_ros.bags.recorded import BagError
+from comply_ros.bags.bag_message import BagError
+from comply_ros.bags.bag_reader import Bag
+from comply_ros.bags.message_decoder import DecodedMessages
 
 STORAGES = {'mcap': '.mcap', 'sqlite3': '.db3'}
 
@@ -33,10 +33,10 @@ def bag(request, spoken, tmp_path_factory):
     return write(tmp_path_factory.mktemp('bags') / 'bag', spoken, request.param, flushes=50)
 
 
-def listed(said):
+def listed(msg):
     """Return what was said with lists for tuples, and trust as narrow as in its message."""
     return [(topic, [list(each) if type(each) is tuple else each for each in tuple_])
-            for topic, tuple_ in said if topic != 'trust']
+            for topic, tuple_ in msg if topic != 'trust']
 
 
 def file_of(bag):
@@ -47,13 +47,13 @@ def file_of(bag):
 
 def test_what_is_read_is_what_was_written(bag, spoken):
     whole = Bag(bag)
-    assert listed(Conversation(whole)) == listed(spoken)
+    assert listed(DecodedMessages(whole)) == listed(spoken)
     assert (whole.cut, whole.count, whole.expected) == (None, len(spoken), len(spoken))
 
 
 def test_a_file_is_read_without_its_folder(bag, spoken, tmp_path):
     path = shutil.copy(file_of(bag), tmp_path / file_of(bag).name)
-    assert listed(Conversation(Bag(path))) == listed(spoken)
+    assert listed(DecodedMessages(Bag(path))) == listed(spoken)
 
 
 def test_a_bag_in_several_files_is_read_in_their_order(spoken, tmp_path):
@@ -62,7 +62,7 @@ def test_a_bag_in_several_files_is_read_in_their_order(spoken, tmp_path):
     for number in range(11):
         part = write(tmp_path / f'part{number}', spoken[number * size:(number + 1) * size])
         shutil.copy(file_of(part), tmp_path / 'bag' / f'bag_{number}.mcap')
-    assert listed(Conversation(Bag(tmp_path / 'bag'))) == listed(spoken)
+    assert listed(DecodedMessages(Bag(tmp_path / 'bag'))) == listed(spoken)
 
 
 @pytest.mark.parametrize('share', range(0, 100, 4))
@@ -86,9 +86,9 @@ def test_what_was_said_before_the_cut_is_proven(bag, spoken, tmp_path, share, ca
     path = file_of(tmp_path / 'bag')
     path.write_bytes(path.read_bytes()[:path.stat().st_size * share // 100])
     assert replay.main(['replay', str(tmp_path / 'bag')]) == 0
-    said = capsys.readouterr()
-    assert 'its learning had not ended' in said.out
-    assert 'was cut off: ' in said.err and 'read up to the last whole message, ' in said.err
+    msg = capsys.readouterr()
+    assert 'its learning had not ended' in msg.out
+    assert 'was cut off: ' in msg.err and 'read up to the last whole message, ' in msg.err
 
 
 def test_a_flipped_byte_is_no_traceback(bag, tmp_path):
@@ -97,7 +97,7 @@ def test_a_flipped_byte_is_no_traceback(bag, tmp_path):
     for place in range(0, len(content), len(content) // 60):
         path.write_bytes(content[:place] + bytes([content[place] ^ 0xff]) + content[place + 1:])
         try:
-            list(Conversation(Bag(path)))
+            list(DecodedMessages(Bag(path)))
         except BagError as error:
             assert '\n' not in str(error)
 
@@ -117,9 +117,9 @@ def test_compressed_chunks_are_read_and_cut_off_too(spoken, tmp_path, compressio
         writer.finish()
         size = file.tell()
     whole = Bag(path)
-    assert listed(Conversation(whole)) == listed(spoken) and whole.cut is None
+    assert listed(DecodedMessages(whole)) == listed(spoken) and whole.cut is None
     path.write_bytes(path.read_bytes()[:size // 2])
-    read = list(Conversation(whole))
+    read = list(DecodedMessages(whole))
     assert whole.cut and listed(read) == listed(spoken[:len(read)]) and len(read) > 50
 
 
@@ -141,10 +141,10 @@ def test_an_mcap_bag_is_read_by_the_library_of_its_makers(spoken, tmp_path):
     path = file_of(write(tmp_path / 'bag', spoken))
     with path.open('rb') as file:
         reader = make_reader(file, decoder_factories=[DecoderFactory()], validate_crcs=True)
-        said = [(channel.topic, message)
+        msg = [(channel.topic, message)
                 for _, channel, _, message in reader.iter_decoded_messages()]
-    assert len(said) == len(spoken)
-    actions = [message for topic, message in said if topic == '/action']
+    assert len(msg) == len(spoken)
+    actions = [message for topic, message in msg if topic == '/action']
     mine = [each for topic, each in spoken if topic == 'action']
     assert [(each.step, each.action, each.confidence) for each in actions] == [
         (each.step, each.action, each.confidence) for each in mine]

@@ -4,9 +4,9 @@
 import pytest
 from worlds import Bench, corridor, room
 
-from comply_ros.core.belief import beta_mean
-from comply_ros.core.grid import RIGHT, UP
-from comply_ros.core.memory import DISCARD, LISTEN
+from comply_ros.learner.belief_update import beta_mean
+from comply_ros.learner.learner_state import DISCARD, LISTEN
+from comply_ros.world.grid import RIGHT, UP
 
 
 @pytest.mark.parametrize('alpha, beta, p', [

@@ -12,17 +12,17 @@ import sys
 import numpy as np
 import pytest
 
-from comply_ros.benchmarks import c_loop, engine, growth, machine, peers
-from comply_ros.benchmarks.fleet import BenchmarkError, measure, TOP, wait_until
-from comply_ros.benchmarks.rooms import room, write_advice, write_room
-from comply_ros.benchmarks.rounds import Bench, ratios, Row
-from comply_ros.benchmarks.stamps import BEGUN, pace, STAMPS, Stamps
-from comply_ros.benchmarks.table import cells, content
-from comply_ros.core.methods import METHODS
-from comply_ros.core.policy import parse_policy
-from comply_ros.core.training import Training
-from comply_ros.core.world import World
-from comply_ros.session.maps import read_map
+from comply_ros.learner.presets import METHODS
+from comply_ros.learner.training import Training
+from comply_ros.mentor.policy_text import parse_policy
+from comply_ros.storage.map_files import read_map
+from comply_ros.world.mdp import World
+from tools.benchmarks import c_loop, in_process, machine, map_scaling, other_libraries
+from tools.benchmarks.goals_table import cells, content
+from tools.benchmarks.interleave import Bench, ratios, Row
+from tools.benchmarks.processes import BenchmarkError, measure, TOP, wait_until
+from tools.benchmarks.sample_maps import room, write_advice, write_room
+from tools.benchmarks.step_times import BEGUN, pace, STAMPS, Stamps
 
 SECTIONS = {'loop': 11, 'choices': 4, 'engine': len(METHODS['published']) + 1, 'growth': 9,
             'start': 6, 'where': 55}  # rows that there are at least
@@ -59,7 +59,7 @@ def test_every_other_round_goes_backwards(bench):
 
 def test_ctrl_c_ends_it_and_the_nodes_that_it_started(tmp_path, domain):
     process = subprocess.Popen(
-        [sys.executable, '-m', 'comply_ros.benchmarks', '--only', 'loop', '--out', str(tmp_path)],
+        [sys.executable, '-m', 'tools.benchmarks', '--only', 'loop', '--out', str(tmp_path)],
         cwd=TOP, stderr=subprocess.PIPE, text=True)
     children = Path(f'/proc/{process.pid}/task/{process.pid}/children')
     wait_until(lambda: len(children.read_text().split()) == 3, 'process of the ring')
@@ -142,8 +142,8 @@ def test_c_that_does_not_compile_is_told(maze, tmp_path, monkeypatch):
 def test_a_peer_that_is_missing_is_left_out_and_named_with_the_remedy(bench, monkeypatch):
     monkeypatch.setitem(sys.modules, 'gymnasium', None)
     monkeypatch.setitem(sys.modules, 'mushroom_rl', None)
-    monkeypatch.setattr(engine, 'compiler', lambda: None)
-    assert list(engine.peers(bench)) == []
+    monkeypatch.setattr(in_process, 'compiler', lambda: None)
+    assert list(in_process.peers(bench)) == []
     assert [note.partition(':')[0] for note in bench.notes] == [
         'C, -O3', 'Gymnasium and numpy', 'MushroomRL']
     for note in bench.notes[1:]:
@@ -153,7 +153,7 @@ def test_a_peer_that_is_missing_is_left_out_and_named_with_the_remedy(bench, mon
 
 
 def test_the_moves_of_the_peers_are_those_of_the_world(maze):
-    moves, s, slipped = peers.Moves(maze, 0), 820, 0  # the middle row, left of the goal
+    moves, s, slipped = other_libraries.Moves(maze, 0), 820, 0  # the middle row, left of the goal
     s = int(maze.starts[0])
     assert moves.begin() in maze.starts.tolist()
     for _ in range(2000):
@@ -167,7 +167,7 @@ def test_the_moves_of_the_peers_are_those_of_the_world(maze):
 @pytest.mark.parametrize('name', ['NumpyLoop', 'Mushroom'])
 def test_a_peer_takes_steps_where_it_is_installed(maze, name):
     pytest.importorskip('gymnasium' if name == 'NumpyLoop' else 'mushroom_rl')
-    assert getattr(peers, name)(maze, METHODS['published']['sarsa']).rate(0.05) > 100.0
+    assert getattr(other_libraries, name)(maze, METHODS['published']['sarsa']).rate(0.05) > 100.0
 
 
 def test_a_room_is_the_same_in_a_file(tmp_path):
@@ -184,7 +184,7 @@ def test_the_advice_in_a_room_leads_to_its_goal(tmp_path):
 
 
 def test_growth_is_told_against_the_smallest_map():
-    rows = list(growth.flat('in process', {11: [0.25, 4.0], 201: [0.375, 8.0],
+    rows = list(map_scaling.flat('in process', {11: [0.25, 4.0], 201: [0.375, 8.0],
                                            1001: [1.0, 9.0]}))
     assert [(row.name, row.values, row.goal) for row in rows[:2]] == [
         ('a step in process, 201 x 201 / 11 x 11', [1.5, 2.0], 1.5),
@@ -193,9 +193,9 @@ def test_growth_is_told_against_the_smallest_map():
 
 
 def test_value_iteration_that_takes_too_long_is_estimated(bench, monkeypatch):
-    monkeypatch.setattr(growth, 'PATIENCE', 0.001)
-    monkeypatch.setattr(growth, 'IN_CACHE', 11)
-    (name, seconds), = growth.seconds_to_plan(bench).items()
+    monkeypatch.setattr(map_scaling, 'PATIENCE', 0.001)
+    monkeypatch.setattr(map_scaling, 'IN_CACHE', 11)
+    (name, seconds), = map_scaling.seconds_to_plan(bench).items()
     assert name == '41 x 41, estimated'
     assert 0.001 < seconds[0] < 20.0
     assert 'not done within' in bench.notes[0]
@@ -217,7 +217,7 @@ def test_what_is_told_of_the_machine_names_nobody():
 
 def benchmark(*arguments):
     """Run the command; return it with `returncode`, `stdout` and `stderr`."""
-    return subprocess.run([sys.executable, '-m', 'comply_ros.benchmarks', *arguments], cwd=TOP,
+    return subprocess.run([sys.executable, '-m', 'tools.benchmarks', *arguments], cwd=TOP,
                           capture_output=True, text=True, check=False, timeout=280)
 
 

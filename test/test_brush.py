@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from worlds import grid
 
-from comply_ros.core.grid import DOWN, LEFT, NO_ACTION, RIGHT, UP
-from comply_ros.core.world import World
-from comply_ros.dashboard.brush import Brush, steps_between
+from comply_ros.dashboard.paint_tool import PaintTool, steps_between
+from comply_ros.world.grid import DOWN, LEFT, NO_ACTION, RIGHT, UP
+from comply_ros.world.mdp import World
 
 
 @pytest.fixture
@@ -16,7 +16,7 @@ def world():
 
 
 def test_a_drag_paints_arrows_along_its_way_the_last_cell_too(world):
-    brush = Brush()
+    brush = PaintTool()
     assert brush.press(world, 0) == {}
     assert brush.move(world, 1) == {0: RIGHT, 1: RIGHT}
     assert brush.move(world, 0) == {1: LEFT}  # in 0 an arrow to the left would leave the grid
@@ -29,7 +29,7 @@ def test_a_quick_drag_leaves_no_cell_out(world):
 
 
 def test_obstacles_goals_and_arrows_out_of_the_grid_are_left_out(world):
-    brush = Brush()
+    brush = PaintTool()
     brush.tool = DOWN
     assert brush.press(world, 4) == {}  # the obstacle
     assert brush.press(world, 0) == {}  # nothing is below
@@ -38,14 +38,14 @@ def test_obstacles_goals_and_arrows_out_of_the_grid_are_left_out(world):
 
 
 def test_the_eraser_erases_every_cell_on_the_way(world):
-    brush = Brush()
+    brush = PaintTool()
     brush.tool = NO_ACTION
     assert brush.press(world, 0) == {0: NO_ACTION}
     assert brush.move(world, 2) == {1: NO_ACTION, 2: NO_ACTION}
 
 
 def test_a_click_turns_the_arrow_to_the_next_one_that_the_cell_has(world):
-    brush, policy = Brush(), np.full(9, NO_ACTION)
+    brush, policy = PaintTool(), np.full(9, NO_ACTION)
     seen = []
     for _ in range(4):
         brush.press(world, 0)
@@ -55,7 +55,7 @@ def test_a_click_turns_the_arrow_to_the_next_one_that_the_cell_has(world):
 
 
 def test_the_end_of_a_drag_is_no_click_and_outside_nothing_is_painted(world):
-    brush, policy = Brush(), np.full(9, NO_ACTION)
+    brush, policy = PaintTool(), np.full(9, NO_ACTION)
     brush.press(world, 0)
     brush.move(world, 1)
     assert brush.lift(world, policy) == {} and not brush.paints

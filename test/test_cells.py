@@ -4,9 +4,9 @@
 import numpy as np
 import pytest
 
-from comply_ros.experiments import cells, runs
-from comply_ros.experiments.cells import Cells
-from comply_ros.experiments.runs import Run
+from comply_ros.experiments import result_cache, training_runs
+from comply_ros.experiments.result_cache import Cells
+from comply_ros.experiments.training_runs import Run
 
 RUN = Run('bar_grid', settings=(('iterations', 2), ('episodes', 3)), mentor='optimal')
 
@@ -14,15 +14,15 @@ RUN = Run('bar_grid', settings=(('iterations', 2), ('episodes', 3)), mentor='opt
 @pytest.fixture
 def folder(tmp_path):
     """Return a folder with the cell of `RUN` for two seeds."""
-    Cells(tmp_path, 2).save(RUN, [runs.learn(RUN._replace(seed=seed)) for seed in (0, 1)])
+    Cells(tmp_path, 2).save(RUN, [training_runs.learn(RUN._replace(seed=seed)) for seed in (0, 1)])
     return tmp_path
 
 
 def test_what_is_saved_is_found_again(folder):
     cell = Cells(folder, 2).load(RUN)
-    assert cell.returns.tolist() == [runs.learn(RUN._replace(seed=seed)).returns
+    assert cell.returns.tolist() == [training_runs.learn(RUN._replace(seed=seed)).returns
                                      for seed in (0, 1)]
-    assert np.array_equal(cell.q, runs.learn(RUN).q)
+    assert np.array_equal(cell.q, training_runs.learn(RUN).q)
 
 
 def test_fewer_seeds_are_a_part_and_more_are_missing(folder):
@@ -41,7 +41,7 @@ def test_another_run_is_another_cell(folder, change):
 
 
 def test_a_cell_of_other_sources_does_not_count(folder, monkeypatch):
-    monkeypatch.setattr(cells, 'fingerprint', lambda: 'another')
+    monkeypatch.setattr(result_cache, 'source_hash', lambda: 'another')
     assert not Cells(folder, 2).has(RUN)
 
 
@@ -50,7 +50,7 @@ def test_a_mentor_from_a_file_counts_by_its_text(tmp_path):
     one.write_text('same')
     other.write_text('same')
     store = Cells(tmp_path, 1)
-    store.save(RUN._replace(mentor=f'file:{one}'), [runs.learn(RUN)])
+    store.save(RUN._replace(mentor=f'file:{one}'), [training_runs.learn(RUN)])
     assert store.has(RUN._replace(mentor=f'file:{other}'))
     other.write_text('another')
     assert not store.has(RUN._replace(mentor=f'file:{other}'))
@@ -74,21 +74,21 @@ def test_a_map_counts_by_what_it_holds(folder, tmp_path):
     text = 'extends: bar_grid\nstep_limit: {}\n'
     (tmp_path / 'mine.yaml').write_text(text.format(50))
     run = RUN._replace(map=str(tmp_path / 'mine.yaml'))
-    Cells(folder, 1).save(run, [runs.learn(run)])
+    Cells(folder, 1).save(run, [training_runs.learn(run)])
     assert Cells(folder, 1).has(run)
     (tmp_path / 'mine.yaml').write_text(text.format(60))
-    runs._yardstick.cache_clear()
+    training_runs._yardstick.cache_clear()
     assert not Cells(folder, 1).has(run)
 
 
 def test_a_cell_that_was_not_watched_lacks_its_changes(folder):
     assert not Cells(folder, 2).has(RUN, watched=True)
-    Cells(folder, 1).save(RUN, [runs.learn(RUN, watches_values=True)])
+    Cells(folder, 1).save(RUN, [training_runs.learn(RUN, watches_values=True)])
     assert Cells(folder, 1).has(RUN, watched=True)
 
 
 def test_a_folder_that_cannot_be_written_is_named(tmp_path):
     (tmp_path / 'data').write_text('in the way')
     with pytest.raises(OSError) as error:
-        Cells(tmp_path / 'data', 1).save(RUN, [runs.learn(RUN)])
+        Cells(tmp_path / 'data', 1).save(RUN, [training_runs.learn(RUN)])
     assert str(tmp_path / 'data') in str(error.value)

@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from comply_ros.nodes import chaos
+from tools import chaos
 
 SECONDS = os.environ.get('CHAOS_SECONDS', '150')
 pytestmark = pytest.mark.usefixtures('domain')
@@ -16,7 +16,7 @@ pytestmark = pytest.mark.usefixtures('domain')
 
 def test_the_digest_holds_however_often_and_whenever_nodes_are_killed(tmp_path):
     done = subprocess.run(
-        [sys.executable, '-m', 'comply_ros.nodes.chaos', '--seconds', SECONDS, '--seed', '4',
+        [sys.executable, '-m', 'tools.chaos', '--seconds', SECONDS, '--seed', '4',
          '--out', str(tmp_path)], capture_output=True, text=True, check=False, timeout=400)
     assert done.returncode == 0, done.stderr
     total, world, mentor, learner, held, lessons = map(int, re.search(
@@ -32,9 +32,9 @@ def test_a_digest_that_does_not_hold_is_told(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(chaos, 'digest_in_process', lambda options: 'f' * 64)
     monkeypatch.setattr(chaos, 'LESSONS', chaos.LESSONS[-1:])
     assert chaos.main(['chaos', '--kills', '1', '--out', str(tmp_path)]) == 1
-    said = ' '.join(capsys.readouterr().err.split())
-    assert ': is not ffffffffffffffff' in said
-    assert 'the digest held in 0 of 1 lessons' in said
+    msg = ' '.join(capsys.readouterr().err.split())
+    assert ': is not ffffffffffffffff' in msg
+    assert 'the digest held in 0 of 1 lessons' in msg
 
 
 def test_a_wrong_number_is_one_sentence(capsys):

@@ -5,10 +5,10 @@ from pathlib import Path
 import subprocess
 import sys
 
-from comply_ros.core import compiled
+from comply_ros.numerics import jit
 
-TRAIN = ('import sys; {}; from comply_ros.core.compiled import compiled;'
-         'from comply_ros.core.compliance import sigmoid; f = compiled(sigmoid);'
+TRAIN = ('import sys; {}; from comply_ros.numerics.jit import compiled;'
+         'from comply_ros.learner.confidence import sigmoid; f = compiled(sigmoid);'
          'print(f(1.0), f is sigmoid)')
 
 
@@ -29,7 +29,7 @@ def test_without_numba_the_kernel_itself_is_returned():
 def test_compiled_code_is_kept_by_the_state_of_the_sources(tmp_path, monkeypatch):
     monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path))
     run('pass')
-    folder = tmp_path / 'comply_ros' / 'kernels' / compiled.fingerprint()[:16]
+    folder = tmp_path / 'comply_ros' / 'kernels' / jit.source_hash()[:16]
     assert list(folder.rglob('*.nbi'))
 
 
@@ -37,13 +37,13 @@ def test_a_spoiled_cache_is_made_anew(tmp_path, monkeypatch):
     monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path))
     train = ('from test_training import trained;'
              'print(trained("sarsa", "report", iterations=1)[0].memory.digest())')
-    said = set()
+    msg = set()
     for spoil in (None, b'', b'spoiled'):
         for path in tmp_path.rglob('*.nb?'):
             path.write_bytes(spoil)
-        said.add(subprocess.run([sys.executable, '-c', train], check=True, capture_output=True,
+        msg.add(subprocess.run([sys.executable, '-c', train], check=True, capture_output=True,
                                 text=True, cwd=Path(__file__).parent).stdout)
-    assert len(said) == 1
+    assert len(msg) == 1
 
 
 def test_a_cache_that_cannot_be_written_is_no_reason_to_stop(tmp_path, monkeypatch):

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from worlds import Bench, room
 
-from comply_ros.core import compliance
-from comply_ros.core.compliance import confidences, listen_temperature, sigmoid
-from comply_ros.core.grid import DOWN, RIGHT
-from comply_ros.core.memory import CONFIDENCE
-from comply_ros.core.methods import listening_lead
+from comply_ros.learner import confidence
+from comply_ros.learner.confidence import confidence_map, listen_temperature, sigmoid
+from comply_ros.learner.learner_state import CONFIDENCE
+from comply_ros.learner.presets import listening_lead
+from comply_ros.world.grid import DOWN, RIGHT
 
 
 def test_scheduled_trust_is_the_same_everywhere(as_run):  # (3.2), (3.6)
@@ -58,13 +58,13 @@ def test_the_sigmoid_never_overflows(as_run, x):
 def test_confidences_are_those_of_every_state():
     bench = Bench(room(), trust='beta')
     bench.memory.belief[DOWN, :2] = [1.0, 3.0]
-    p = confidences(bench.method, bench.memory, [-1] * 9)
+    p = confidence_map(bench.method, bench.memory, [-1] * 9)
     assert p.tolist() == [0.8, 0.8, 0.25] + [0.8] * 6
 
 
 def test_confidences_in_silence_are_0_for_who_weighs_the_advice_itself():
     bench = Bench(room(), trust='shaping', confidence=0.9)
-    p = confidences(bench.method, bench.memory, [RIGHT] + [-1] * 8)
+    p = confidence_map(bench.method, bench.memory, [RIGHT] + [-1] * 8)
     assert p[0] > 0.5 and p[1:].tolist() == [0.0] * 8
 
 
@@ -82,9 +82,9 @@ def test_confidences_are_what_the_kernel_says_state_by_state(settings, met):
         array[there] += generator.integers(0, 3, size=array[there].shape)
     bench.memory.arrivals[there & (generator.random(9) < 0.5)] = 1.0
     silent = settings['trust'] in ('shaping', 'head_start')
-    expected = [0.0 if silent and said < 0 else bench.confidence(lambda each: each, s, int(said))
-                for s, said in enumerate(advice)]
-    assert confidences(bench.method, bench.memory, advice).tolist() == expected
+    expected = [0.0 if silent and msg < 0 else bench.confidence(lambda each: each, s, int(msg))
+                for s, msg in enumerate(advice)]
+    assert confidence_map(bench.method, bench.memory, advice).tolist() == expected
 
 
 @pytest.mark.parametrize('trust, most', [('beta', 3), ('explicit', 3), ('scheduled', 1),
@@ -92,7 +92,7 @@ def test_confidences_are_what_the_kernel_says_state_by_state(settings, met):
 def test_confidences_of_states_that_are_alike_are_computed_once(monkeypatch, trust, most):
     bench, computed = Bench(room(), trust=trust, trust_rate=0.1), []
     bench.memory.belief[[2, 5], 0] += 1.0
-    monkeypatch.setattr(compliance, 'confidence',
+    monkeypatch.setattr(confidence, 'confidence',
                         lambda s, *arguments: computed.append(s) or 0.5)
-    confidences(bench.method, bench.memory, [-1, 0, -1, -1, 2, -1, -1, -1, -1])
+    confidence_map(bench.method, bench.memory, [-1, 0, -1, -1, 2, -1, -1, -1, -1])
     assert len(computed) == most

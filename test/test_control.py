@@ -10,12 +10,12 @@ from calling import caller
 from nodes import log_has, nodes, wait_until
 import pytest
 
-from comply_ros.core.methods import find_method
-from comply_ros.core.training import Training
-from comply_ros.core.world import World
+from comply_ros.learner.presets import find_method
+from comply_ros.learner.training import Training
 from comply_ros.nodes.topics import ACTION, EPISODE, PROGRESS, STATE, TRUST, WORLD
-from comply_ros.session.maps import read_map
-from comply_ros.session.mentors import mentor_policy, read_spec
+from comply_ros.storage.map_files import read_map
+from comply_ros.storage.mentor_cache import mentor_policy, read_mentor_spec
+from comply_ros.world.mdp import World
 
 pytestmark = pytest.mark.usefixtures('domain')
 ARGUMENTS = {
@@ -29,7 +29,7 @@ def expected():
     """Return the digest that `train` gives for the arguments above."""
     world = World(read_map('bar_grid', 'published'))
     row = replace(find_method('beta_implicit', 'published'), iterations=6, episodes=4)
-    training = Training(world, mentor_policy(read_spec('noisy:0.3'), world, 0), row, 3)
+    training = Training(world, mentor_policy(read_mentor_spec('noisy:0.3'), world, 0), row, 3)
     for _ in range(6):
         training.iterate()
     return training.memory.digest()

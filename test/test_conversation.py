@@ -7,24 +7,24 @@ from itertools import permutations, product
 import pytest
 from worlds import grid
 
-from comply_ros.core.dialogue import (
+from comply_ros.learner.presets import METHODS
+from comply_ros.protocol.grid_world import GridWorld
+from comply_ros.protocol.learner import Learner
+from comply_ros.protocol.mentor import Mentor
+from comply_ros.protocol.messages import (
     Action,
     describe,
-    Dropped,
     Episode,
-    grid_of,
+    grid_from_description,
+    Ignored,
     Notice,
     Progress,
     Recommendation,
-    Refused,
+    Rejected,
     StateReward,
 )
-from comply_ros.core.grid import MapError
-from comply_ros.core.learner_actor import LearnerActor
-from comply_ros.core.mentor_actor import MentorActor
-from comply_ros.core.methods import METHODS
-from comply_ros.core.world import World
-from comply_ros.core.world_actor import WorldActor
+from comply_ros.world.grid import MapError
+from comply_ros.world.mdp import World
 
 RUN = 7
 ROOM = grid('..G', '...', '...', starts=(0,))
@@ -45,15 +45,15 @@ def advice(episode=1, step=0, s=0, action=3, run=RUN):
 
 def learner(**settings):
     """Return a learner that knows the room."""
-    actor = LearnerActor(replace(ROW, **settings), seed=0)
-    actor.hear_world(HERE)
+    actor = Learner(replace(ROW, **settings), seed=0)
+    actor.on_world(HERE)
     return actor
 
 
 def mentor():
     """Return a mentor that says up everywhere in the room."""
-    actor = MentorActor()
-    assert actor.hear_world(HERE)
+    actor = Mentor()
+    assert actor.on_world(HERE)
     assert actor.use(UP_EVERYWHERE) == ()
     return actor
 
@@ -63,49 +63,49 @@ FIRST = {'world': HERE, 'state': state(), 'advice': advice()}
 
 @pytest.mark.parametrize('order', list(permutations(FIRST)))
 def test_the_learner_answers_the_first_state_in_any_order(order):
-    actor = LearnerActor(ROW, seed=0)
-    hear = {'world': actor.hear_world, 'state': actor.hear_state,
-            'advice': actor.hear_recommendation}
-    said = [answer for name in order for answer in hear[name](FIRST[name])]
-    actions = [each for each in said if isinstance(each, Action)]
+    actor = Learner(ROW, seed=0)
+    hear = {'world': actor.on_world, 'state': actor.observe,
+            'advice': actor.on_recommendation}
+    msg = [answer for name in order for answer in hear[name](FIRST[name])]
+    actions = [each for each in msg if isinstance(each, Action)]
     assert actions == [Action(RUN, 1, 0, 3, True, 1.0, learner=1, advice=3)]
-    assert not [each for each in said if isinstance(each, Refused)]
+    assert not [each for each in msg if isinstance(each, Rejected)]
 
 
 @pytest.mark.parametrize('order', list(permutations(('world', 'policy', 'state'))))
 def test_the_mentor_answers_the_first_state_in_any_order(order):
-    actor, said = MentorActor(), []
+    actor, msg = Mentor(), []
     for name in order:
         if name == 'world':
-            assert actor.hear_world(HERE)
+            assert actor.on_world(HERE)
         elif name == 'state':
-            said += actor.hear_state(state())
+            msg += actor.observe(state())
         elif actor.world is not None:
-            said += actor.use(UP_EVERYWHERE)
+            msg += actor.use(UP_EVERYWHERE)
     if actor.policy is None:  # it cannot be made before the world is known
-        said += actor.use(UP_EVERYWHERE)
-    assert said == [advice()]
+        msg += actor.use(UP_EVERYWHERE)
+    assert msg == [advice()]
 
 
 def test_a_repeated_question_gets_the_same_answer_and_teaches_nothing():
     actor = learner()
-    actor.hear_state(state())
-    first = actor.hear_recommendation(advice())
+    actor.observe(state())
+    first = actor.on_recommendation(advice())
     digest = actor.memory.digest()
-    assert actor.hear_state(state()) == first
-    assert actor.hear_recommendation(advice()) == ()
+    assert actor.observe(state()) == first
+    assert actor.on_recommendation(advice()) == ()
     assert actor.memory.digest() == digest
     actor = mentor()
-    assert actor.hear_state(state()) == actor.hear_state(state()) == (advice(),)
+    assert actor.observe(state()) == actor.observe(state()) == (advice(),)
 
 
 def test_a_repeated_answer_is_dropped():
-    world = WorldActor(ROOM, 'room', RUN, seed=0)
+    world = GridWorld(ROOM, 'room', RUN, seed=0)
     answer = Action(RUN, 1, 0, 3, True, 1.0)
-    question, = world.hear_action(answer)
+    question, = world.on_action(answer)
     assert (question.episode, question.step) == (1, 1)
-    dropped, = world.hear_action(answer)
-    assert dropped == Dropped('action too late', 'dropped an action of turn (1, 0): it came late, '
+    dropped, = world.on_action(answer)
+    assert dropped == Ignored('action too late', 'dropped an action of turn (1, 0): it came late, '
                               'or twice')
     assert world.question is question
     assert world.signs == 1  # but its learner is alive
@@ -113,99 +113,99 @@ def test_a_repeated_answer_is_dropped():
 
 def test_an_old_question_is_dropped():
     actor = learner()
-    actor.hear_recommendation(advice(step=4))
-    actor.hear_state(state(step=4))
-    actor.hear_recommendation(advice(step=4))
-    assert [type(each) for each in actor.hear_state(state(step=4))] == [Action]
-    assert actor.hear_state(state(step=3, s=5)) == (
-        Dropped('state too late', 'dropped a state of turn (1, 3): it came late, or twice'),)
+    actor.on_recommendation(advice(step=4))
+    actor.observe(state(step=4))
+    actor.on_recommendation(advice(step=4))
+    assert [type(each) for each in actor.observe(state(step=4))] == [Action]
+    assert actor.observe(state(step=3, s=5)) == (
+        Ignored('state too late', 'dropped a state of turn (1, 3): it came late, or twice'),)
 
 
 def test_an_episode_ends_with_no_action_and_the_next_begins():
-    world = WorldActor(grid('..G', starts=(1,), intended=1.0), 'corridor', RUN, seed=0)
-    episode, final = world.hear_action(Action(RUN, 1, 0, 1, False, 0.0))
+    world = GridWorld(grid('..G', starts=(1,), intended=1.0), 'corridor', RUN, seed=0)
+    episode, final = world.on_action(Action(RUN, 1, 0, 1, False, 0.0))
     assert episode == Episode(RUN, 1, 1, 10.0, True, False)
     assert final == state(step=1, s=2, reward=10.0, terminated=True)
-    refused, = world.hear_action(Action(RUN, 1, 1, 0, False, 0.0))
+    refused, = world.on_action(Action(RUN, 1, 1, 0, False, 0.0))
     assert refused.reason == 'the episode is over: the action must be -1, got 0'
-    assert world.hear_action(Action(RUN, 1, 1, -1, False, 0.0)) == (state(episode=2, s=1),)
+    assert world.on_action(Action(RUN, 1, 1, -1, False, 0.0)) == (state(episode=2, s=1),)
 
 
 def test_the_step_limit_truncates():
-    world = WorldActor(grid('..G', limit=1), 'corridor', RUN, seed=0)
-    episode, final = world.hear_action(Action(RUN, 1, 0, 1, False, 0.0))
+    world = GridWorld(grid('..G', limit=1), 'corridor', RUN, seed=0)
+    episode, final = world.on_action(Action(RUN, 1, 0, 1, False, 0.0))
     assert (final.terminated, final.truncated) == (False, True)
     assert (episode.terminated, episode.truncated) == (False, True)
 
 
 def at_the_goal(**settings):
     """Return a learner beside a goal, and the state in which it arrives there."""
-    actor = LearnerActor(replace(ROW, trust='none', **settings), seed=0)
-    actor.hear_world(describe(grid('.G'), 'beside', RUN))
-    actor.hear_state(state())
+    actor = Learner(replace(ROW, trust='none', **settings), seed=0)
+    actor.on_world(describe(grid('.G'), 'beside', RUN))
+    actor.observe(state())
     return actor, state(step=1, s=1, reward=10.0, terminated=True)
 
 
 def test_a_learner_that_is_finished_answers_no_more():
     actor, arrived = at_the_goal(episodes=1, iterations=1)
-    progress, = actor.hear_state(arrived)
+    progress, = actor.observe(arrived)
     assert isinstance(progress, Progress) and progress.finished
-    assert actor.hear_state(arrived) == ()
+    assert actor.observe(arrived) == ()
 
 
 def test_who_comes_late_learns_nothing_from_what_it_has_not_seen():
     actor = learner()
     digest = actor.memory.digest()
     late, early = state(episode=3, step=9, s=1, reward=-1.0), advice(episode=3, step=9, s=1)
-    actor.hear_recommendation(early)
-    assert actor.hear_state(late) == (Dropped('joins late', 'joins a run in turn (3, 9): takes '
+    actor.on_recommendation(early)
+    assert actor.observe(late) == (Ignored('joins late', 'joins a run in turn (3, 9): takes '
                                               'part as soon as that is asked again'),)
-    assert [type(each) for each in actor.hear_state(late)] == [Action]
+    assert [type(each) for each in actor.observe(late)] == [Action]
     assert actor.memory.digest() == digest
     assert actor.student.steps == 0
 
 
 def test_a_mentor_that_changes_its_mind_is_heard_from_the_next_visit_on():
     actor = learner()
-    actor.hear_state(state())
-    assert actor.hear_recommendation(advice(action=3))[0].action == 3
-    actor.hear_state(state(step=1, s=3, reward=-1.0))
-    assert len(actor.hear_recommendation(advice(step=1, s=3))) == 1
-    said = actor.hear_state(state(step=2, s=0, reward=-1.0))
-    assert said[0].action == 3
-    assert actor.hear_recommendation(advice(step=2, action=1)) == ()
-    assert actor.hear_recommendation(advice(step=0, action=3)) == ()  # late: not the newest word
-    actor.hear_state(state(step=3, s=3, reward=-1.0))
-    assert actor.hear_state(state(step=4, s=0, reward=-1.0))[0].action == 1
+    actor.observe(state())
+    assert actor.on_recommendation(advice(action=3))[0].action == 3
+    actor.observe(state(step=1, s=3, reward=-1.0))
+    assert len(actor.on_recommendation(advice(step=1, s=3))) == 1
+    msg = actor.observe(state(step=2, s=0, reward=-1.0))
+    assert msg[0].action == 3
+    assert actor.on_recommendation(advice(step=2, action=1)) == ()
+    assert actor.on_recommendation(advice(step=0, action=3)) == ()  # late: not the newest word
+    actor.observe(state(step=3, s=3, reward=-1.0))
+    assert actor.observe(state(step=4, s=0, reward=-1.0))[0].action == 1
 
 
 def test_who_does_not_remember_waits_for_every_advice():
-    actor = LearnerActor(ROW, seed=0, remembers_advice=False)
-    actor.hear_world(HERE)
-    actor.hear_state(state())
-    assert len(actor.hear_recommendation(advice())) == 1
-    actor.hear_state(state(step=1, s=3, reward=-1.0))
-    assert len(actor.hear_recommendation(advice(step=1, s=3))) == 1
-    assert actor.hear_state(state(step=2, s=0, reward=-1.0)) == ()
-    assert len(actor.hear_recommendation(advice(step=2))) == 1
+    actor = Learner(ROW, seed=0, remembers_advice=False)
+    actor.on_world(HERE)
+    actor.observe(state())
+    assert len(actor.on_recommendation(advice())) == 1
+    actor.observe(state(step=1, s=3, reward=-1.0))
+    assert len(actor.on_recommendation(advice(step=1, s=3))) == 1
+    assert actor.observe(state(step=2, s=0, reward=-1.0)) == ()
+    assert len(actor.on_recommendation(advice(step=2))) == 1
 
 
 def test_advice_for_the_goal_is_idle():
-    assert learner().hear_recommendation(advice(step=1, s=8, action=3)) == ()
+    assert learner().on_recommendation(advice(step=1, s=8, action=3)) == ()
 
 
 def test_no_advice_is_an_advice_of_its_own():
     actor = learner()
-    actor.hear_state(state())
-    action, = actor.hear_recommendation(advice(action=-1))
+    actor.observe(state())
+    action, = actor.on_recommendation(advice(action=-1))
     assert (action.followed, action.confidence) == (False, 0.0)
     assert action.action in (1, 3)
 
 
 def test_a_world_that_comes_back_keeps_what_was_learned_and_another_does_not():
     actor = learner(trust='none')
-    actor.hear_state(state())
-    actor.hear_state(state(step=1, s=1, reward=-1.0))
+    actor.observe(state())
+    actor.observe(state(step=1, s=1, reward=-1.0))
     digest = actor.memory.digest()
     notice, action = turn_to(actor, HERE._replace(run=8))
     assert isinstance(notice, Notice) and 'goes on' in notice.text
@@ -218,87 +218,87 @@ def test_a_world_that_comes_back_keeps_what_was_learned_and_another_does_not():
 
 def turn_to(actor, described):
     """Have another world ask twice, and the one here be silent for two looks."""
-    assert actor.hear_world(described) == ()
+    assert actor.on_world(described) == ()
     for _ in range(2):
-        assert actor.hear_state(state(run=described.run)) == ()
+        assert actor.observe(state(run=described.run)) == ()
     assert actor.look() == ()
     return actor.look()
 
 
 def test_a_world_that_only_speaks_beside_the_one_here_gets_no_attention():
     actor = learner(trust='none')
-    actor.hear_state(state())
-    actor.hear_world(HERE._replace(run=8))
+    actor.observe(state())
+    actor.on_world(HERE._replace(run=8))
     for step in range(1, 5):
-        assert actor.hear_state(state(run=8)) == ()
-        refused, action = actor.hear_state(state(step=step, s=step % 2, reward=-1.0))
+        assert actor.observe(state(run=8)) == ()
+        refused, action = actor.observe(state(step=step, s=step % 2, reward=-1.0))
         assert refused.kind == 'another run' and isinstance(action, Action)
         assert actor.look() == ()
     assert actor.described.run == RUN
 
 
 def test_of_two_worlds_the_first_is_attended_to_where_nothing_was_answered_yet():
-    actor = LearnerActor(replace(ROW, trust='none'), seed=0)
-    assert len(actor.hear_world(HERE._replace(run=8, began=20.0))) == 1
-    assert len(actor.hear_world(HERE._replace(began=10.0))) == 1
-    assert actor.hear_world(HERE._replace(run=9, began=30.0)) == ()
-    actor.hear_state(state())
-    assert actor.hear_world(HERE._replace(run=3, began=1.0)) == ()  # too late
+    actor = Learner(replace(ROW, trust='none'), seed=0)
+    assert len(actor.on_world(HERE._replace(run=8, began=20.0))) == 1
+    assert len(actor.on_world(HERE._replace(began=10.0))) == 1
+    assert actor.on_world(HERE._replace(run=9, began=30.0)) == ()
+    actor.observe(state())
+    assert actor.on_world(HERE._replace(run=3, began=1.0)) == ()  # too late
     assert actor.described.run == RUN
 
 
 def test_a_state_of_a_run_that_is_not_known_yet_waits_for_its_world():
-    actor = LearnerActor(replace(ROW, trust='none'), seed=0)
-    assert actor.hear_state(state()) == ()
-    assert [type(each) for each in actor.hear_world(HERE)] == [Notice, Action]
+    actor = Learner(replace(ROW, trust='none'), seed=0)
+    assert actor.observe(state()) == ()
+    assert [type(each) for each in actor.on_world(HERE)] == [Notice, Action]
 
 
 @pytest.mark.parametrize('make', [learner, mentor])
 def test_a_state_of_another_run_is_refused_when_the_world_here_goes_on(make):
     actor = make()
-    assert actor.hear_state(state(run=5)) == ()
-    refused, *answer = actor.hear_state(state())
-    assert refused == Refused('another run', 'a state must belong to run 7 of the world here, '
+    assert actor.observe(state(run=5)) == ()
+    refused, *answer = actor.observe(state())
+    assert refused == Rejected('another run', 'a state must belong to run 7 of the world here, '
                               'got run 5')
-    assert tuple(answer) == make().hear_state(state())
+    assert tuple(answer) == make().observe(state())
 
 
 def test_advice_of_another_run_is_refused_when_the_world_here_goes_on():
     actor = learner()
-    assert actor.hear_recommendation(advice(run=5)) == ()
-    refused, = actor.hear_state(state())
+    assert actor.on_recommendation(advice(run=5)) == ()
+    refused, = actor.observe(state())
     assert refused.reason == ('a recommendation must belong to run 7 of the world here, '
                               'got run 5')
 
 
 def test_a_question_out_of_turn_is_refused():
     actor = learner(trust='none')
-    actor.hear_state(state())
-    refused, = actor.hear_state(state(episode=9, step=3))
+    actor.observe(state())
+    refused, = actor.observe(state(episode=9, step=3))
     assert refused.reason == ('a state must follow turn (1, 0), got (9, 3): is there another '
                               'learner?')
-    assert len(actor.hear_state(state(step=1, s=1, reward=-1.0))) == 1
+    assert len(actor.observe(state(step=1, s=1, reward=-1.0))) == 1
 
 
 def test_an_episode_that_was_not_seen_whole_does_not_count():
     actor = learner(trust='none', episodes=1)
     for _ in range(2):
-        actor.hear_state(state(step=3, s=5, reward=-1.0))
-    said = actor.hear_state(state(step=4, s=8, reward=10.0, terminated=True))
-    assert [type(each) for each in said] == [Action]
+        actor.observe(state(step=3, s=5, reward=-1.0))
+    msg = actor.observe(state(step=4, s=8, reward=10.0, terminated=True))
+    assert [type(each) for each in msg] == [Action]
     for step, s in enumerate((0, 1, 2, 5)):
-        actor.hear_state(state(episode=2, step=step, s=s, reward=-1.0 * (step > 0)))
-    said = actor.hear_state(state(episode=2, step=4, s=8, reward=10.0, terminated=True))
-    assert [type(each) for each in said] == [Action, Progress]
+        actor.observe(state(episode=2, step=step, s=s, reward=-1.0 * (step > 0)))
+    msg = actor.observe(state(episode=2, step=4, s=8, reward=10.0, terminated=True))
+    assert [type(each) for each in msg] == [Action, Progress]
 
 
 def test_a_learner_that_is_finished_rests_also_when_its_world_comes_back():
     actor, arrived = at_the_goal(episodes=1, iterations=1)
-    actor.hear_state(arrived)
+    actor.observe(arrived)
     digest = actor.memory.digest()
     notice, = turn_to(actor, describe(grid('.G'), 'beside', 8))
     assert 'goes on' in notice.text
-    assert actor.hear_state(state(run=8)) == ()
+    assert actor.observe(state(run=8)) == ()
     assert actor.memory.digest() == digest
     notice, action = turn_to(actor, describe(grid('..G'), 'other', 9))
     assert 'begins to learn' in notice.text
@@ -306,14 +306,14 @@ def test_a_learner_that_is_finished_rests_also_when_its_world_comes_back():
 
 
 def test_who_waits_says_for_what():
-    assert 'a world' in LearnerActor(ROW, seed=0).waits_for()
-    assert 'a world' in MentorActor().waits_for()
+    assert 'a world' in Learner(ROW, seed=0).waiting_for()
+    assert 'a world' in Mentor().waiting_for()
     actor = learner()
-    assert actor.waits_for() is None
-    actor.hear_state(state())
-    assert actor.waits_for() == 'a recommendation in state 0: is a mentor running?'
-    assert mentor().waits_for() is None
-    assert 'an action in episode 1, step 0' in WorldActor(ROOM, 'room', RUN, seed=0).waits_for()
+    assert actor.waiting_for() is None
+    actor.observe(state())
+    assert actor.waiting_for() == 'a recommendation in state 0: is a mentor running?'
+    assert mentor().waiting_for() is None
+    assert 'an action in episode 1, step 0' in GridWorld(ROOM, 'room', RUN, seed=0).waiting_for()
 
 
 IN_THE_ROOM = list(product((learner, mentor), (
@@ -334,35 +334,35 @@ IN_THE_ROOM = list(product((learner, mentor), (
 
 @pytest.mark.parametrize('make, wrong', IN_THE_ROOM)
 def test_a_state_that_cannot_be_right_is_refused(make, wrong):
-    said, kind, reason = wrong
-    assert make().hear_state(said) == (Refused(kind, reason),)
+    msg, kind, reason = wrong
+    assert make().observe(msg) == (Rejected(kind, reason),)
 
 
 def test_a_state_in_an_obstacle_is_refused():
-    actor = MentorActor()
-    actor.hear_world(describe(grid('.#G', '...'), 'wall', RUN))
+    actor = Mentor()
+    actor.on_world(describe(grid('.#G', '...'), 'wall', RUN))
     actor.use(World(grid('.#G', '...')).free * 0 - 1)
-    assert actor.hear_state(state(s=4))[0].reason == (
+    assert actor.observe(state(s=4))[0].reason == (
         'a state must not be an obstacle, got 4 at (1, 1)')
 
 
-@pytest.mark.parametrize('said, reason', [
+@pytest.mark.parametrize('msg, reason', [
     (advice(s=9), 'a recommendation must be for a state in [0, 8], got 9'),
     (advice(action=0),
      'a recommendation must be an action that the cell has, or -1, got 0 in state 0'),
     (advice(action=7),
      'a recommendation must be an action that the cell has, or -1, got 7 in state 0')])
-def test_advice_that_cannot_be_right_is_refused_and_not_learned_from(said, reason):
+def test_advice_that_cannot_be_right_is_refused_and_not_learned_from(msg, reason):
     actor = learner()
-    actor.hear_state(state())
+    actor.observe(state())
     digest = actor.memory.digest()
-    refused, = actor.hear_recommendation(said)
+    refused, = actor.on_recommendation(msg)
     assert refused.reason == reason
     assert actor.memory.digest() == digest
-    assert len(actor.hear_recommendation(advice())) == 1
+    assert len(actor.on_recommendation(advice())) == 1
 
 
-@pytest.mark.parametrize('said, reason', [
+@pytest.mark.parametrize('msg, reason', [
     (Action(5, 1, 0, 1, False, 0.0), 'an action must belong to run 7 of the world here, got '
      'run 5'),
     (Action(RUN, 1, 0, 0, False, 0.0),
@@ -372,10 +372,10 @@ def test_advice_that_cannot_be_right_is_refused_and_not_learned_from(said, reaso
     (Action(RUN, 1, 0, -1, False, 0.0),
      'an action must be one that the cell has, got -1 in state 0'),
     (Action(RUN, 2, 0, 1, False, 0.0), 'an action must answer turn (1, 0), got (2, 0)')])
-def test_an_action_that_cannot_be_right_is_refused_and_moves_nothing(said, reason):
-    world = WorldActor(ROOM, 'room', RUN, seed=0)
+def test_an_action_that_cannot_be_right_is_refused_and_moves_nothing(msg, reason):
+    world = GridWorld(ROOM, 'room', RUN, seed=0)
     question = world.question
-    assert world.hear_action(said)[0].reason == reason
+    assert world.on_action(msg)[0].reason == reason
     assert world.question is question
 
 
@@ -386,42 +386,42 @@ def test_an_action_that_cannot_be_right_is_refused_and_moves_nothing(said, reaso
     ({'intended': float('nan')}, 'intended must be a finite number of at most 1000000, got nan'),
     ({'starts': (99,)}, 'a start must lie in the grid of 9 cells, got state 99')])
 def test_a_description_that_is_no_world_is_refused(changes, message):
-    for actor in (MentorActor(), LearnerActor(ROW, seed=0)):
+    for actor in (Mentor(), Learner(ROW, seed=0)):
         with pytest.raises(ValueError) as error:
-            actor.hear_world(HERE._replace(**changes))
+            actor.on_world(HERE._replace(**changes))
         assert message in str(error.value)
 
 
 def test_a_description_is_all_that_is_needed_to_rebuild_the_world():
-    assert grid_of(HERE) == ROOM
+    assert grid_from_description(HERE) == ROOM
     assert issubclass(MapError, ValueError)
 
 
 def test_a_watching_mentor_that_the_learner_went_on_without_advises_again():
-    actor = MentorActor(budget=9, when='mistakes')
-    actor.hear_world(HERE)
+    actor = Mentor(budget=9, when='mistakes')
+    actor.on_world(HERE)
     actor.use(UP_EVERYWHERE)
-    actor.hear_state(state())
+    actor.observe(state())
     missed, now = state(step=5, s=1), Action(RUN, 1, 4, 3, False, 0.0, learner=5)
-    assert actor.hear_state(missed) == ()  # it has not seen what was done in the first state
-    assert actor.hear_action(now) == ()
-    assert [type(each) for each in actor.hear_state(missed)] == [Dropped]
-    assert [type(each) for each in actor.hear_state(missed)] == [Recommendation]
+    assert actor.observe(missed) == ()  # it has not seen what was done in the first state
+    assert actor.on_action(now) == ()
+    assert [type(each) for each in actor.observe(missed)] == [Ignored]
+    assert [type(each) for each in actor.observe(missed)] == [Recommendation]
 
 
 def test_a_watching_mentor_that_lost_the_end_of_an_episode_advises_in_the_next():
-    actor = MentorActor(budget=9, when='mistakes')
-    actor.hear_world(HERE)
+    actor = Mentor(budget=9, when='mistakes')
+    actor.on_world(HERE)
     actor.use(UP_EVERYWHERE)
-    actor.hear_state(state())
-    actor.hear_less()
-    assert actor.hear_state(state(episode=2)) == ()
+    actor.observe(state())
+    actor.allow_gap()
+    assert actor.observe(state(episode=2)) == ()
     for _ in range(2):
-        actor.hear_action(Action(RUN, 1, 7, -1, False, 0.0, learner=5))
+        actor.on_action(Action(RUN, 1, 7, -1, False, 0.0, learner=5))
         actor.look()
-    actor.hear_action(Action(RUN, 1, 7, -1, False, 0.0, learner=5))
-    said = [*actor.hear_state(state(episode=2)), *actor.hear_state(state(episode=2))]
-    assert [type(each) for each in said] == [Dropped, Recommendation]
+    actor.on_action(Action(RUN, 1, 7, -1, False, 0.0, learner=5))
+    msg = [*actor.observe(state(episode=2)), *actor.observe(state(episode=2))]
+    assert [type(each) for each in msg] == [Ignored, Recommendation]
 
 
 def test_the_mentor_answers_tools_too():
@@ -430,4 +430,4 @@ def test_the_mentor_answers_tools_too():
     with pytest.raises(ValueError, match=r'a state must lie in \[0, 8\], got 9'):
         mentor().advice(9)
     with pytest.raises(ValueError, match='must have a world and a policy first'):
-        MentorActor().advice(0)
+        Mentor().advice(0)

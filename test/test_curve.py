@@ -3,10 +3,10 @@
 
 import pytest
 
-from comply_ros.core.dialogue import Progress
-from comply_ros.dashboard import curve
-from comply_ros.dashboard.curve import Curve
-from comply_ros.dashboard.curve_drawing import bounds, curve_options, running_mean
+from comply_ros.dashboard import learning_curve
+from comply_ros.dashboard.curve_echart import bounds, curve_options, running_mean
+from comply_ros.dashboard.learning_curve import Curve
+from comply_ros.protocol.messages import Progress
 
 
 def progress(iteration, mean_return=0.0):
@@ -28,7 +28,7 @@ def test_an_iteration_that_is_said_again_replaces_what_came_after():
 
 
 def test_a_long_curve_is_thinned_and_keeps_its_newest_point(monkeypatch):
-    monkeypatch.setattr(curve, 'LONGEST', 10)
+    monkeypatch.setattr(learning_curve, 'LONGEST', 10)
     longer = grown(*range(1, 101))
     assert len(longer.iterations) <= 10 and longer.iterations[-1] == 100
     assert longer.returns == tuple(map(float, longer.iterations))

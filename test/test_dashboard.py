@@ -9,9 +9,9 @@ from browsing import browser, drag, link, opened, taught, text_of, wait_for
 from nodes import log_has, nodes, run, wait_until
 import pytest
 
-from comply_ros.core.policy import parse_policy
-from comply_ros.core.world import World
-from comply_ros.session.maps import read_map
+from comply_ros.mentor.policy_text import parse_policy
+from comply_ros.storage.map_files import read_map
+from comply_ros.world.mdp import World
 
 WORLD = World(read_map('bar_grid', 'published'))
 GRID = WORLD.grid
@@ -25,8 +25,8 @@ def chromium():
 
 def iteration(page):
     """Return the number of the last iteration, and its mean return, as the page says them."""
-    said = wait_for(page, 'progress', r'iteration (\d+): mean return (\S+\d)')
-    return int(said[1]), float(said[2])
+    msg = wait_for(page, 'progress', r'iteration (\d+): mean return (\S+\d)')
+    return int(msg[1]), float(msg[2])
 
 
 def arrows(page):

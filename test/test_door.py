@@ -5,7 +5,7 @@ import asyncio
 
 import pytest
 
-from comply_ros.dashboard.door import Door
+from comply_ros.dashboard.access_control import AccessControl
 
 TOKEN = 'open-sesame'
 
@@ -16,17 +16,17 @@ async def _page(scope, receive, send):
 
 def knock(token, *, kind='http', method='GET', query=b'', body=b'', **headers):
     """Return the messages that a visitor gets."""
-    said = []
+    msg = []
 
     async def receive():
         return {'type': 'http.request', 'body': body}
 
     async def send(message):
-        said.append(message)
+        msg.append(message)
     scope = {'type': kind, 'method': method, 'query_string': query, 'headers': [
         (name.encode(), value.encode()) for name, value in headers.items()]}
-    asyncio.run(Door(_page, token)(scope, receive, send))
-    return said
+    asyncio.run(AccessControl(_page, token)(scope, receive, send))
+    return msg
 
 
 def is_let_in(*arguments, **knocked):

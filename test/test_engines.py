@@ -6,8 +6,8 @@ from threading import Event
 
 import pytest
 
-from comply_ros.experiments.engines import Engine, measure, MEASURES, outcomes, this_machine
-from comply_ros.experiments.runs import learn, measures, Run
+from comply_ros.experiments.executors import Engine, measure, MEASURES, outcomes, this_machine
+from comply_ros.experiments.training_runs import learn, measures, Run
 
 SHORT = Run('bar_grid', method='sarsa', mentor='optimal',
             settings=(('iterations', 3), ('episodes', 4)))

@@ -57,9 +57,9 @@ def spin_until(node):
 
 def heard(node, kind, name, qos):
     """Return the list of what is said on a topic from now on."""
-    said = []
-    node.create_subscription(kind, name, said.append, qos)
-    return said
+    msg = []
+    node.create_subscription(kind, name, msg.append, qos)
+    return msg
 
 
 def relays(started, name='said'):
@@ -90,7 +90,7 @@ def test_messages_of_any_type_are_relayed_whole_and_in_order(tmp_path, node, spi
             publisher.publish(message)
     with nodes(tmp_path, fault_injector=('-p', 'topics:=[one, two, three]', '-p',
                                          'depth:=1000')) as started:
-        spin_until(lambda: all(len(received[name]) == len(said) for name, said in cases),
+        spin_until(lambda: all(len(received[name]) == len(msg) for name, msg in cases),
                    'all messages')
         assert received == dict(cases)
         assert summary(started, 'two') == {
@@ -129,7 +129,7 @@ def test_what_is_not_reliable_and_not_latched_is_relayed_as_that(tmp_path, node,
 def test_with_drop_1_nothing_is_said(tmp_path, node, spin_until):
     publisher = node.create_publisher(Episode, 'lost/before', LATCHED)
     control = node.create_publisher(Episode, 'said/before', LATCHED)
-    lost, said = (heard(node, Episode, name, LATCHED) for name in ('lost', 'said'))
+    lost, msg = (heard(node, Episode, name, LATCHED) for name in ('lost', 'said'))
     with nodes(tmp_path / 'lost', fault_injector=(
             '-r', '__node:=losing', '-p', 'topics:=[lost]', '-p', 'drop:=1.0')) as losing, \
             nodes(tmp_path / 'said', fault_injector=ONE) as saying:
@@ -138,7 +138,7 @@ def test_with_drop_1_nothing_is_said(tmp_path, node, spin_until):
         for number in range(20):
             publisher.publish(Episode(episode=number))
             control.publish(Episode(episode=number))
-            spin_until(lambda: len(said) == number + 1, 'message of the control')
+            spin_until(lambda: len(msg) == number + 1, 'message of the control')
         assert lost == []
     text = losing['fault_injector'].log.read_text()
     assert 'lost: 20 heard, 20 dropped, 0 delayed, 0 duplicated, 0 reordered, 0 relayed' in text
@@ -146,14 +146,14 @@ def test_with_drop_1_nothing_is_said(tmp_path, node, spin_until):
 
 def test_late_and_reordered_messages_all_come_in_the_end(tmp_path, node, spin_until):
     publisher = node.create_publisher(Episode, 'said/before', LATCHED)
-    said = heard(node, Episode, 'said', LATCHED)
+    msg = heard(node, Episode, 'said', LATCHED)
     with nodes(tmp_path, fault_injector=(
             *ONE, '-p', 'delay:=0.5', '-p', 'reorder:=0.5', '-p', 'depth:=1000')) as started:
         relays(started)
         for number in range(200):
             publisher.publish(Episode(episode=number))
-        spin_until(lambda: len(said) == 200, 'all messages')
-        numbers = [each.episode for each in said]
+        spin_until(lambda: len(msg) == 200, 'all messages')
+        numbers = [each.episode for each in msg]
         assert sorted(numbers) == list(range(200)) != numbers
         counts = summary(started)
         assert counts['relayed'] == counts['heard'] == 200
@@ -167,9 +167,9 @@ def test_it_says_once_what_it_waits_for_and_relays_it_when_it_comes(tmp_path, no
         wait_until(log_has(started['fault_injector'], waits), 'warning')
         publisher = node.create_publisher(Episode, 'said/before', LATCHED)
         publisher.publish(Episode(episode=3))
-        said = heard(node, Episode, 'said', LATCHED)
-        spin_until(lambda: said, 'message')
-        assert said[0].episode == 3
+        msg = heard(node, Episode, 'said', LATCHED)
+        spin_until(lambda: msg, 'message')
+        assert msg[0].episode == 3
         text = started['fault_injector'].log.read_text()
         assert text.count('waits for') == 1
         assert 'relays said (comply_msgs/msg/Episode)' in text
@@ -178,7 +178,7 @@ def test_it_says_once_what_it_waits_for_and_relays_it_when_it_comes(tmp_path, no
 def test_a_second_type_on_a_topic_is_warned_of_once(tmp_path, node, make_node, spin_until):
     other = make_node('other')  # DDS refuses a second type in one context
     speaker = node.create_publisher(Episode, 'said/before', LATCHED)
-    said = heard(node, Episode, 'said', LATCHED)
+    msg = heard(node, Episode, 'said', LATCHED)
     with nodes(tmp_path, fault_injector=('-p', 'topics:=[said, never]')) as started:
         relays(started)
         other.create_publisher(Action, 'said/before', LATCHED)
@@ -188,7 +188,7 @@ def test_a_second_type_on_a_topic_is_warned_of_once(tmp_path, node, make_node, s
         wait_until(log_has(process, sentence), 'warning')
         wait_until(log_has(process, 'speaks on never/before'), 'later warning')
         speaker.publish(Episode(episode=3))
-        spin_until(lambda: said, 'message of the first type')
+        spin_until(lambda: msg, 'message of the first type')
         assert process.log.read_text().count('of one type') == 1
 
 

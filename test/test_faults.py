@@ -6,8 +6,15 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from comply_ros.core.draws import streams
-from comply_ros.core.faults import fault_streams, FaultError, Faults, LONGEST, UNIFORMS, Wire
+from comply_ros.numerics.rng import random_streams
+from comply_ros.protocol.channel_faults import (
+    fault_streams,
+    FaultError,
+    Faults,
+    FaultyChannel,
+    LONGEST,
+    UNIFORMS,
+)
 
 
 class Uniforms:
@@ -25,21 +32,21 @@ class Uniforms:
 
 def wire(seed=0, **faults):
     """Return a wire whose faults the seed decides."""
-    return Wire(Faults(**faults), fault_streams(seed, 1)[0])
+    return FaultyChannel(Faults(**faults), fault_streams(seed, 1)[0])
 
 
 def through(tested, messages, seconds=0.001):
     """Return what comes out for messages that go in one after the other, and (time, message)."""
-    said = []
+    msg = []
     for number, message in enumerate(messages):
         tested.hear(message, number * seconds)
-        said += [(number * seconds, each) for each in tested.due(number * seconds)]
-    return said
+        msg += [(number * seconds, each) for each in tested.due(number * seconds)]
+    return msg
 
 
-def names(said):
+def names(msg):
     """Return the messages without their times."""
-    return [message for _, message in said]
+    return [message for _, message in msg]
 
 
 def test_without_faults_everything_comes_at_once_and_in_order():
@@ -70,13 +77,13 @@ def test_reorder_1_swaps_neighbours():
 
 def test_a_message_out_of_turn_waits_for_the_next_that_is_said_not_for_one_that_is_lost():
     kept, lost = [1, 0, 1, 1, 1, 1, 1], [0, 1, 1, 1, 1, 1, 1]
-    tested = Wire(Faults(drop=0.5, reorder=0.5), Uniforms(kept, lost))
+    tested = FaultyChannel(Faults(drop=0.5, reorder=0.5), Uniforms(kept, lost))
     assert through(tested, 'abc') == [(0.002, 'c'), (0.002, 'a')]
 
 
 def test_a_message_out_of_turn_waits_until_the_next_one_which_is_late_is_said():
     turned, late = [1, 0, 1, 1, 1, 1, 1], [1, 1, 1, 0, 0.25, 1, 1]
-    tested = Wire(Faults(delay=0.5, reorder=0.5, longest_delay=0.02), Uniforms(turned, late))
+    tested = FaultyChannel(Faults(delay=0.5, reorder=0.5, longest_delay=0.02), Uniforms(turned, late))
     tested.hear('a', 0.0)
     tested.hear('b', 0.001)  # due a quarter of 20 ms later, at 6 ms
     assert tested.due(0.0059) == []
@@ -85,7 +92,7 @@ def test_a_message_out_of_turn_waits_until_the_next_one_which_is_late_is_said():
 
 def test_a_message_that_was_late_already_does_not_put_one_back_in_turn():
     late, turned = [1, 1, 1, 0, 0.25, 1, 1], [1, 0, 1, 1, 1, 1, 1]
-    tested = Wire(Faults(delay=0.5, reorder=0.5, longest_delay=0.02), Uniforms(late, turned))
+    tested = FaultyChannel(Faults(delay=0.5, reorder=0.5, longest_delay=0.02), Uniforms(late, turned))
     tested.hear('a', 0.0)  # due at 5 ms
     tested.hear('b', 0.001)  # lets the next one pass
     assert tested.due(0.0051) == ['a']
@@ -94,7 +101,7 @@ def test_a_message_that_was_late_already_does_not_put_one_back_in_turn():
 
 
 def test_the_two_copies_of_a_message_are_late_each_by_its_own_share_of_the_longest_delay():
-    tested = Wire(Faults(delay=0.5, duplicate=0.5, longest_delay=0.04),
+    tested = FaultyChannel(Faults(delay=0.5, duplicate=0.5, longest_delay=0.04),
                   Uniforms([1, 1, 0, 0.4, 0.75, 0.4, 0.25], [1, 1, 0, 0.6, 0.75, 0.4, 0.5]))
     tested.hear('a', 1.0)  # 40 ms * 0.75 = 30 ms, 40 ms * 0.25 = 10 ms
     tested.hear('b', 1.0)  # at once, 40 ms * 0.5 = 20 ms
@@ -109,8 +116,8 @@ def test_nothing_is_held_longer_than_the_longest_delay(faults):
     for seed in range(50):
         tested = wire(seed, **faults, longest_delay=0.5)
         tested.hear('a', 2.0)
-        said = tested.due(2.0) + tested.due(2.5)
-        assert said in (['a'], ['a', 'a'])
+        msg = tested.due(2.0) + tested.due(2.5)
+        assert msg in (['a'], ['a', 'a'])
         assert tested.is_empty()
 
 
@@ -123,16 +130,16 @@ def test_the_same_seed_gives_the_same_plan_and_another_seed_another():
 def test_what_happens_to_a_message_does_not_depend_on_the_other_faults():
     alone = set(range(10_000)) - set(names(through(wire(drop=0.2), range(10_000))))
     tested = wire(drop=0.2, delay=0.3, duplicate=0.3, reorder=0.3)
-    said = set(names(through(tested, range(10_000)))) | set(tested.due(1e9))
-    assert set(range(10_000)) - said == alone
+    msg = set(names(through(tested, range(10_000)))) | set(tested.due(1e9))
+    assert set(range(10_000)) - msg == alone
 
 
 def test_faults_are_as_frequent_as_asked_for_and_every_message_is_accounted_for():
     tested = wire(drop=0.2, delay=0.1, duplicate=0.3, reorder=0.05)
-    said = names(through(tested, range(100_000))) + tested.due(1e9)
+    msg = names(through(tested, range(100_000))) + tested.due(1e9)
     counts = tested.counts
     kept = counts['heard'] - counts['dropped']
-    assert counts['heard'] == 100_000 and len(said) == counts['relayed']
+    assert counts['heard'] == 100_000 and len(msg) == counts['relayed']
     assert counts['relayed'] == kept + counts['duplicated']
     assert counts['dropped'] / 100_000 == pytest.approx(0.2, abs=0.01)
     assert counts['duplicated'] / kept == pytest.approx(0.3, abs=0.01)
@@ -141,7 +148,7 @@ def test_faults_are_as_frequent_as_asked_for_and_every_message_is_accounted_for(
 
 
 def test_topics_have_random_numbers_of_their_own_that_the_world_and_the_learner_do_not_have():
-    all_of_them = [*fault_streams(7, 3), *streams(7)]
+    all_of_them = [*fault_streams(7, 3), *random_streams(7)]
     assert len({generator.random() for generator in all_of_them}) == 5
     first, second = fault_streams(7, 1)[0], fault_streams(7, 3)[0]
     assert first.random(UNIFORMS).tolist() == second.random(UNIFORMS).tolist()

@@ -3,13 +3,13 @@
 
 import pytest
 
-from comply_ros.core.methods import METHODS
-from comply_ros.experiments import runs
-from comply_ros.experiments.drawings import DRAWINGS
-from comply_ros.experiments.figures import as_drawn, Mentors, report_figures
-from comply_ros.experiments.own_figures import own_figures
-from comply_ros.experiments.published import NEAR
-from comply_ros.experiments.style import COLOURS, look_of
+from comply_ros.experiments import training_runs
+from comply_ros.experiments.extra_figures import own_figures
+from comply_ros.experiments.figure_plots import DRAWINGS
+from comply_ros.experiments.plot_style import COLOURS, look_of
+from comply_ros.experiments.published_results import NEAR
+from comply_ros.experiments.report_figures import as_drawn, Mentors, report_figures
+from comply_ros.learner.presets import METHODS
 
 FIGURES = {profile: report_figures(profile, Mentors()) + own_figures(profile, Mentors())
            for profile in METHODS}
@@ -29,7 +29,7 @@ def test_every_figure_can_be_computed_and_drawn(profile):
     for figure in FIGURES[profile]:
         assert figure.kind in DRAWINGS or figure.kind == 'table'
         for run in figure.all_runs():
-            runs.check_run(run)
+            training_runs.check_run(run)
             assert run.profile == profile or figure.name == 'text'
 
 

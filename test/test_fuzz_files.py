@@ -10,17 +10,17 @@ from hypothesis import strategies as st
 import pytest
 import yaml
 
-from comply_ros.core.grid import CELLS, Grid, MapError
-from comply_ros.core.mentors import MentorError
-from comply_ros.core.methods import METHODS
-from comply_ros.core.policy import format_policy, parse_policy, PolicyError
-from comply_ros.core.world import World
-from comply_ros.experiments import lined_yaml
-from comply_ros.experiments.lined_yaml import SweepFileError
-from comply_ros.experiments.runs import check_run
-from comply_ros.experiments.sweep_file import MOST_RUNS, parse_sweep, read_sweep
-from comply_ros.session.maps import parse_map, read_map
-from comply_ros.session.mentors import mentor_policy, read_spec
+from comply_ros.experiments import yaml_lines
+from comply_ros.experiments.sweep_yaml import MOST_RUNS, parse_sweep, read_sweep
+from comply_ros.experiments.training_runs import check_run
+from comply_ros.experiments.yaml_lines import SweepFileError
+from comply_ros.learner.presets import METHODS
+from comply_ros.mentor.mentor_policies import MentorError
+from comply_ros.mentor.policy_text import format_policy, parse_policy, PolicyError
+from comply_ros.storage.map_files import parse_map, read_map
+from comply_ros.storage.mentor_cache import mentor_policy, read_mentor_spec
+from comply_ros.world.grid import CELLS, Grid, MapError
+from comply_ros.world.mdp import World
 
 settings.register_profile('fuzz', deadline=None, max_examples=400, database=None,
                           derandomize=os.environ.get('CI') == 'true',
@@ -118,11 +118,11 @@ def outcome(function, mistakes, *arguments, longest=LONGEST):
         return function(*arguments)
     except mistakes as mistake:
         message = str(mistake)
-        said = message
+        msg = message
         for table in METHODS.values():
-            said = said.replace(', '.join(table), '')
-        said = said.partition('; it has off_policy, ')[0]
-        assert message and message.isprintable() and len(said) <= longest, message
+            msg = msg.replace(', '.join(table), '')
+        msg = msg.partition('; it has off_policy, ')[0]
+        assert message and message.isprintable() and len(msg) <= longest, message
         return None
     finally:
         assert time.process_time() - begin < SLOWEST
@@ -186,7 +186,7 @@ def test_the_text_of_a_policy_is_a_policy_or_an_error_of_one_line(text):
 @given(st.one_of(st.text(), spoiled(SWEEP)))
 @example(SWEEP.replace('seeds: 3', 'seeds: 3\n%'))
 def test_the_text_of_a_sweep_is_runs_that_can_be_or_an_error_of_one_line(text):
-    sweep = outcome(parse_sweep, SweepFileError, text, longest=LONGEST + lined_yaml.LONGEST)
+    sweep = outcome(parse_sweep, SweepFileError, text, longest=LONGEST + yaml_lines.LONGEST)
     if sweep is not None:
         assert 1 <= len(sweep) <= MOST_RUNS
         runs = [sweep.run(number) for number in {0, len(sweep) // 2, len(sweep) - 1}]
@@ -228,7 +228,7 @@ def test_the_bytes_of_a_map_are_a_grid_or_an_error_of_one_line(path, content):
 @given(content=spoiled_bytes(POLICY))
 def test_the_bytes_of_a_policy_are_advice_or_an_error_of_one_line(path, content):
     path.write_bytes(content)
-    spec = outcome(read_spec, MentorError, f'file:{path}')
+    spec = outcome(read_mentor_spec, MentorError, f'file:{path}')
     advice = spec and outcome(mentor_policy, PolicyError, spec, WORLD, 0)
     assert advice is None or format_policy(advice, WORLD).split() == content.decode().split()
 
@@ -245,5 +245,5 @@ def test_the_bytes_of_a_sweep_are_runs_or_an_error_of_one_line(path, content):
 @given(st.one_of(st.text(), spoiled('file:/nowhere'), spoiled('snapshot:0.75@0.2')))
 @example('none' + '@1' * 2000)
 def test_a_mentor_is_known_or_an_error_of_one_line(text):
-    spec = outcome(read_spec, MentorError, text, longest=LONGEST + len(repr(text)))
+    spec = outcome(read_mentor_spec, MentorError, text, longest=LONGEST + len(repr(text)))
     assert spec is None or 0 <= spec.coverage <= 1

@@ -11,21 +11,21 @@ import pytest
 import rclpy
 import yaml
 
-from comply_ros.core.grid import MapError
-from comply_ros.core.mentors import MentorError
-from comply_ros.core.method import MethodError
-from comply_ros.core.world_actor import WorldActor
-from comply_ros.nodes.grid_world import check_rate, GridWorld
-from comply_ros.nodes.learner import Learner
-from comply_ros.nodes.mentor import Mentor
+from comply_ros.learner.learner_config import ConfigError
+from comply_ros.mentor.mentor_policies import MentorError
+from comply_ros.nodes.grid_world import check_rate, GridWorldNode
+from comply_ros.nodes.learner import LearnerNode
+from comply_ros.nodes.mentor import MentorNode
 from comply_ros.nodes.parameters import ParameterError
-from comply_ros.session.maps import read_map
+from comply_ros.protocol.grid_world import GridWorld
+from comply_ros.storage.map_files import read_map
+from comply_ros.world.grid import MapError
 
 pytestmark = pytest.mark.usefixtures('domain')
-MISTAKES = ParameterError, MapError, MentorError, MethodError
-GIVEN = {GridWorld: ('map', 'profile', 'seed', 'rate', 'use_sim_time'),
-         Mentor: ('mentor', 'seed', 'budget', 'advising'),
-         Learner: ('method', 'temperature', 'episodes', 'replays', 'trust', 'map_period')}
+MISTAKES = ParameterError, MapError, MentorError, ConfigError
+GIVEN = {GridWorldNode: ('map', 'profile', 'seed', 'rate', 'use_sim_time'),
+         MentorNode: ('mentor', 'seed', 'budget', 'advising'),
+         LearnerNode: ('method', 'temperature', 'episodes', 'replays', 'trust', 'map_period')}
 ODD = ['.nan', '-.inf', '1e999', '-0.0', '0x10', '1' + '0' * 30, '[]', '{}', '{a: 1}', '[1, a]',
        '!!int x', '&a b', '*a', '"a\\nb"', '"\\0"', '[', '%', 'yes', '~', "''", '2001-01-01',
        '[[1]]', 'file:/', 'none@1@1', 'x' * 3000]
@@ -63,8 +63,8 @@ def start(make_node, path):
 @settings(deadline=None, max_examples=60, database=None, suppress_health_check=list(HealthCheck),
           derandomize=os.environ.get('CI') == 'true')
 @given(make_node=st.sampled_from(list(GIVEN)), number=st.integers(0, 5), value=values)
-@example(make_node=GridWorld, number=2, value='[]')
-@example(make_node=GridWorld, number=4, value='5')
+@example(make_node=GridWorldNode, number=2, value='[]')
+@example(make_node=GridWorldNode, number=4, value='5')
 def test_a_node_has_the_value_of_its_file_or_tells_why_not(path, make_node, number, value):
     name = GIVEN[make_node][number % len(GIVEN[make_node])]
     path.write_text(f'/**:\n  ros__parameters:\n    {name}: {value}\n', errors='replace')
@@ -111,7 +111,7 @@ def test_an_argument_that_is_not_text_is_one_line():
 
 def test_a_table_in_place_of_a_number_is_warned_of(path, capfd):
     path.write_text('{/**: {ros__parameters: {rate: {a: 1.0}}}}')
-    assert start(GridWorld, path)['rate'] == 0.0
+    assert start(GridWorldNode, path)['rate'] == 0.0
     assert "parameter 'rate.a' is unknown and has no effect" in capfd.readouterr().err
 
 
@@ -127,8 +127,8 @@ def learner(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     context = rclpy.Context()
     rclpy.init(context=context, args=[])
-    node = Learner(context=context)
-    node.hear_world(WorldActor(read_map('bar_grid', 'published'), 'bar', 1, 0).description)
+    node = LearnerNode(context=context)
+    node.on_world(GridWorld(read_map('bar_grid', 'published'), 'bar', 1, 0).description)
     yield node
     rclpy.try_shutdown(context=context)
 

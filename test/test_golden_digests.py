@@ -7,11 +7,12 @@ from pathlib import Path
 from nodes import run
 import pytest
 
-from comply_ros.core.mentors import make_policy, parse_spec
-from comply_ros.core.methods import METHODS
-from comply_ros.core.training import Training
-from comply_ros.core.world import World
-from comply_ros.session.maps import read_map
+from comply_ros.learner.presets import METHODS
+from comply_ros.learner.snapshot_mentor import make_policy
+from comply_ros.learner.training import Training
+from comply_ros.mentor.mentor_policies import parse_mentor_spec
+from comply_ros.storage.map_files import read_map
+from comply_ros.world.mdp import World
 
 GOLDEN = json.loads(Path(__file__).with_name('golden_digests.json').read_text())
 ROWS = [(profile, method) for profile in METHODS for method in METHODS[profile]]
@@ -21,7 +22,7 @@ MAP, MENTOR, SEED, ITERATIONS = 'bar_grid', 'noisy:0.3', 3, 6
 def training_digest(profile, method):
     """Return the digest of a short training of one preset in one profile."""
     world = World(read_map(MAP, profile))
-    advice = make_policy(parse_spec(MENTOR), world, SEED)
+    advice = make_policy(parse_mentor_spec(MENTOR), world, SEED)
     training = Training(world, advice, METHODS[profile][method], SEED)
     for _ in range(ITERATIONS):
         training.iterate()

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from worlds import grid
 
-from comply_ros.core.grid import LARGEST_SIDE, MapError
+from comply_ros.world.grid import LARGEST_SIDE, MapError
 
 
 def test_states_count_from_the_lower_left():

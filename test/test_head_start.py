@@ -5,11 +5,18 @@ import numpy as np
 import pytest
 from worlds import Bench, room
 
-from comply_ros.core.belief import pooled_belief, update_belief
-from comply_ros.core.compliance import curiosity, heed
-from comply_ros.core.grid import DOWN, LEFT, RIGHT, UP
-from comply_ros.core.learning import choose
-from comply_ros.core.memory import AGREED, LISTEN, MET, POOLED, POOLED_DISCARD, POOLED_LISTEN
+from comply_ros.learner.belief_update import pooled_belief, update_belief
+from comply_ros.learner.confidence import apply_advice_prior, exploration_probability
+from comply_ros.learner.learner_state import (
+    AGREED,
+    LISTEN,
+    MET,
+    POOLED,
+    POOLED_DISCARD,
+    POOLED_LISTEN,
+)
+from comply_ros.learner.update_rules import choose
+from comply_ros.world.grid import DOWN, LEFT, RIGHT, UP
 
 
 def head_start(**settings):
@@ -21,7 +28,7 @@ def head_start(**settings):
 def hear(as_run, bench, advice, s=4):
     """Heed the advice in a state."""
     memory = bench.memory
-    as_run(heed)(s, advice, bench.numbers, memory.q, memory.visits, memory.belief,
+    as_run(apply_advice_prior)(s, advice, bench.numbers, memory.q, memory.visits, memory.belief,
                  memory.schedule)
 
 
@@ -40,19 +47,19 @@ def test_advice_that_was_tried_before_it_came_gets_no_head_start(as_run):
 
 
 def test_it_is_counted_how_often_the_advice_is_the_best_action(as_run):
-    bench = head_start(curiosity=0.2)
+    bench = head_start(exploration_probability=0.2)
     hear(as_run, bench, UP)
     bench.memory.q[4, UP] = -1.0  # experience has taken it back
     hear(as_run, bench, UP)
     hear(as_run, bench, -1)
     assert (bench.memory.schedule[AGREED], bench.memory.schedule[MET]) == (2.0, 3.0)
     # doubt is 1 - 2/3; without advice it is whole
-    assert as_run(curiosity)(UP, bench.numbers, bench.memory.schedule) == pytest.approx(0.2 / 3)
-    assert as_run(curiosity)(-1, bench.numbers, bench.memory.schedule) == 0.2
+    assert as_run(exploration_probability)(UP, bench.numbers, bench.memory.schedule) == pytest.approx(0.2 / 3)
+    assert as_run(exploration_probability)(-1, bench.numbers, bench.memory.schedule) == 0.2
 
 
 def test_the_best_action_is_followed_but_for_curiosity(as_run):
-    bench = head_start(curiosity=0.2)
+    bench = head_start(exploration_probability=0.2)
     bench.memory.q[4] = [1.0, 2.0, 3.0, 0.0]
     bench.memory.schedule[[AGREED, MET]] = 1.0, 4.0
     assert bench.confidence(as_run, advice=DOWN) == pytest.approx(1.0 - 0.2 * 0.75)
@@ -70,7 +77,7 @@ def test_the_best_action_is_followed_but_for_curiosity(as_run):
     (-1, 0.79, 0.0, DOWN),      # no advice: curiosity is 0.2
     (-1, 0.81, 0.0, LEFT)])
 def test_a_choice_follows_tries_or_takes_the_best(as_run, advice, u_listen, u_act, action):
-    bench = head_start(curiosity=0.2)
+    bench = head_start(exploration_probability=0.2)
     bench.memory.q[4] = [1.0, 2.0, 3.0, 0.0]
     bench.memory.visits[4, [RIGHT, DOWN]] = 2.0
     bench.memory.schedule[[AGREED, MET]] = 1.0, 4.0

@@ -4,14 +4,14 @@
 from test_conversation import advice, state
 from worlds import room
 
-from comply_ros.core.hearsay import Hearsay, QUESTIONS
+from comply_ros.protocol.advice_buffer import AdviceBuffer, QUESTIONS
 
 ROOM, RUN = room(), 7
 
 
 def asked(*questions):
     """Return what was heard by one that was asked these questions."""
-    hearsay = Hearsay(RUN)
+    hearsay = AdviceBuffer(RUN)
     for each in questions:
         assert hearsay.ask(each) is None
     return hearsay
@@ -57,7 +57,7 @@ def test_advice_for_a_question_long_past_is_dropped():
 
 
 def test_what_was_heard_comes_back_from_its_arrays():
-    before, after = asked(state(), state(step=1, s=1)), Hearsay(RUN, (1, 1))
+    before, after = asked(state(), state(step=1, s=1)), AdviceBuffer(RUN, (1, 1))
     before.hear(advice(), ROOM)
     before.hear(advice(step=1, s=1, action=-1), ROOM)
     after.restore(before.arrays())

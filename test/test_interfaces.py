@@ -7,9 +7,9 @@ import pytest
 import rclpy
 
 from comply_ros.nodes import topics
-from comply_ros.nodes.definitions import definitions, Field, read_definition
-from comply_ros.nodes.interfaces import End, page, Sort, SORTS
-from comply_ros.nodes.interfaces_page import what
+from tools.graph_snapshot import End, page, Sort, SORTS
+from tools.interfaces_markdown import what
+from tools.message_definitions import definitions, Field, read_definition
 
 PAGE = Path(__file__).parents[1] / 'docs' / 'interfaces.md'
 
@@ -57,11 +57,11 @@ def test_every_service_on_the_page_says_what_it_is_for():
 
 
 def test_a_node_that_does_not_start_is_named(domain, monkeypatch):
-    from comply_ros.nodes import interfaces
+    from comply_ros.nodes.node_processes import NodeDied
     from comply_ros.nodes.parameters import MENTOR
-    from comply_ros.nodes.processes import NodeDied
+    from tools import graph_snapshot
     broken = Sort('mentor', 'mentor', 'mentor', {MENTOR: 'nobody'})
-    monkeypatch.setattr(interfaces, 'SORTS', (broken,))
+    monkeypatch.setattr(graph_snapshot, 'SORTS', (broken,))
     rclpy.init()
     try:
         with pytest.raises(NodeDied, match='mentor ended with exit code 2'):

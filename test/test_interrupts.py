@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from comply_ros.session.interrupts import check, interrupts
+from comply_ros.terminal.interrupts import check, interrupts
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
@@ -26,7 +26,7 @@ def test_an_interrupt_sets_the_event_and_breaks_nothing(number):
 def test_signals_on_top_of_each_other_do_not_wait_for_themselves():
     code = """
 import os, signal, threading
-from comply_ros.session.interrupts import interrupts
+from comply_ros.terminal.interrupts import interrupts
 def storm():
     for _ in range(3000):
         os.kill(os.getpid(), signal.SIGINT)

@@ -16,8 +16,8 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from comply_ros.session import keeping
-from comply_ros.session.keeping import Keeper, StateError
+from comply_ros.storage import state_store
+from comply_ros.storage.state_store import StateError, StateStore
 
 settings.register_profile('keeping', deadline=None, max_examples=150, database=None,
                           derandomize=os.environ.get('CI') == 'true',
@@ -48,7 +48,7 @@ def keep(tmp_path):
     made = []
 
     def make(name='learner', identity=IDENTITY, kinds=(Told,), folder=tmp_path / 'state'):
-        made.append(Keeper(folder, name, identity, kinds))
+        made.append(StateStore(folder, name, identity, kinds))
         return made[-1]
     yield make
     for keeper in made:
@@ -124,7 +124,7 @@ def test_a_new_snapshot_takes_the_place_of_the_journal(keep, kept):
 
 
 def test_a_snapshot_is_due_after_many_records_and_can_be_put_off(keep, monkeypatch):
-    monkeypatch.setattr(keeping, 'EVERY', 100)
+    monkeypatch.setattr(state_store, 'EVERY', 100)
     keeper = keep()
     begin(keeper, 0)
     keeper.keep(TOLD * 19)
@@ -150,7 +150,7 @@ def test_a_journal_cut_at_any_byte_is_used_up_to_the_last_whole_record(keep, kep
 @given(data=st.data())
 def test_a_flipped_bit_is_an_error_of_one_line_or_at_the_end_a_record_less(tmp_path_factory, data):
     folder = tmp_path_factory.mktemp('flipped')
-    keeper = Keeper(folder, 'learner', IDENTITY, (Told,))
+    keeper = StateStore(folder, 'learner', IDENTITY, (Told,))
     begin(keeper, 1)
     keeper.keep(TOLD)
     keeper.close()
@@ -160,7 +160,7 @@ def test_a_flipped_bit_is_an_error_of_one_line_or_at_the_end_a_record_less(tmp_p
     bit = data.draw(st.integers(0, 8 * len(whole) - 1))
     whole[bit // 8] ^= 1 << bit % 8
     path.write_bytes(whole)
-    before, keeper = contents(folder), Keeper(folder, 'learner', IDENTITY, (Told,))
+    before, keeper = contents(folder), StateStore(folder, 'learner', IDENTITY, (Told,))
     try:
         assert recalled(keeper) == (1, TOLD[:-1])
     except StateError as error:
@@ -198,7 +198,7 @@ def test_the_state_of_a_node_that_is_set_by_more_is_refused_too(keep, kept):
 
 
 def test_a_state_of_another_version_is_refused(keep, kept, monkeypatch):
-    monkeypatch.setattr(keeping, '__version__', '99')
+    monkeypatch.setattr(state_store, '__version__', '99')
     assert "was kept with version '0.1.0 (" in refused(keep)
 
 
@@ -326,7 +326,7 @@ def copied(folder, tmp_path):
                                    KilledError()], ids=['full', 'killed'])
 def test_a_snapshot_that_fails_between_two_system_calls_loses_nothing(
         keep, kept, tmp_path, monkeypatch, error, number):
-    monkeypatch.setattr(keeping, 'SYNC', 1000.0)
+    monkeypatch.setattr(state_store, 'SYNC', 1000.0)
     keeper = keep()
     recalled(keeper)
     with monkeypatch.context() as patched:
@@ -383,9 +383,9 @@ def test_a_disk_that_fills_up_in_a_record_is_written_on_when_there_is_room(
     recalled(keeper)
     with monkeypatch.context() as patched:
         patched.setattr(os, 'write', written_by(os.write, room))
-        for said in ([Told(5, 1.0), Told(6, 1.0)], [Told(7, 1.0)], []):
+        for msg in ([Told(5, 1.0), Told(6, 1.0)], [Told(7, 1.0)], []):
             with pytest.raises(OSError, match='No space left'):
-                keeper.keep(said)
+                keeper.keep(msg)
     keeper.keep([])
     keeper.close()
     assert keeper.size == journal(kept).stat().st_size
@@ -465,11 +465,11 @@ def test_a_folder_in_which_nobody_may_look_is_not_taken_for_lost(keep, kept, mon
 
 def test_a_folder_that_cannot_be_synced_is_told_and_the_new_snapshot_counts(
         keep, kept, monkeypatch):
-    monkeypatch.setattr(keeping, 'SYNC', 1000.0)
+    monkeypatch.setattr(state_store, 'SYNC', 1000.0)
     keeper = keep()
     recalled(keeper)
     with monkeypatch.context() as patched:
-        patched.setattr(keeping, 'write_names_through', failing(OSError(errno.EIO, 'lost')))
+        patched.setattr(state_store, 'write_names_through', failing(OSError(errno.EIO, 'lost')))
         begin(keeper, 6)
     assert keeper.trouble.strerror == 'lost'
     keeper.close()
@@ -485,7 +485,7 @@ def test_to_close_twice_is_to_close_once(keep, kept):
 
 
 def test_many_snapshots_while_the_disk_is_synced_close_no_file_under_the_sync(keep, monkeypatch):
-    monkeypatch.setattr(keeping, 'SYNC', 0.0)
+    monkeypatch.setattr(state_store, 'SYNC', 0.0)
     bad, real = [], os.fdatasync
 
     def sync(file):

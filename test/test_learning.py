@@ -5,9 +5,22 @@ import numpy as np
 import pytest
 from worlds import Bench, corridor, room
 
-from comply_ros.core.grid import DOWN, LEFT, RIGHT, UP
-from comply_ros.core.learning import choose, cool, drawn, learn, learning_rate, softmax_action
-from comply_ros.core.memory import BEST_RETURN, CONFIDENCE, STAGE, TEMPERATURE, TRUST_RATE
+from comply_ros.learner.learner_state import (
+    BEST_RETURN,
+    CONFIDENCE,
+    STAGE,
+    TEMPERATURE,
+    TRUST_RATE,
+)
+from comply_ros.learner.update_rules import (
+    choose,
+    decay_schedules,
+    drawn,
+    learn,
+    learning_rate,
+    softmax_action,
+)
+from comply_ros.world.grid import DOWN, LEFT, RIGHT, UP
 
 HALF = {'learning_rate': 0.5, 'learning_rate_exponent': 1.0, 'discount': 0.9}
 
@@ -131,7 +144,7 @@ def test_without_advice_or_trust_the_choice_is_its_own(as_run, settings, advice)
 def test_an_iteration_cools(as_run):  # (2.25), (3.6)
     bench = Bench(room(), temperature=0.5, temperature_factor=0.98, confidence=0.9,
                   confidence_factor=0.99)
-    as_run(cool)(0.0, bench.numbers, bench.memory.schedule)
+    as_run(decay_schedules)(0.0, bench.numbers, bench.memory.schedule)
     assert bench.memory.schedule[CONFIDENCE] == pytest.approx(0.891)
     assert bench.memory.schedule[TEMPERATURE] == pytest.approx(0.49)
 
@@ -141,7 +154,7 @@ def test_the_temperature_has_a_floor_and_may_wait_for_the_confidence(as_run):
                   confidence=0.9, confidence_factor=0.7, cooling_confidence=0.5)
     seen = []
     for _ in range(3):  # confidence 0.63, 0.441, 0.3087
-        as_run(cool)(0.0, bench.numbers, bench.memory.schedule)
+        as_run(decay_schedules)(0.0, bench.numbers, bench.memory.schedule)
         seen.append(bench.memory.schedule[TEMPERATURE])
     assert seen == [0.5, 0.3, 0.3]
 
@@ -149,20 +162,20 @@ def test_the_temperature_has_a_floor_and_may_wait_for_the_confidence(as_run):
 def test_the_temperature_falls_as_soon_as_the_confidence_is_low_enough(as_run):
     bench = Bench(room(), temperature=0.5, temperature_factor=0.5, confidence=1.0,
                   confidence_factor=0.5, cooling_confidence=0.5)
-    as_run(cool)(0.0, bench.numbers, bench.memory.schedule)
+    as_run(decay_schedules)(0.0, bench.numbers, bench.memory.schedule)
     assert bench.memory.schedule[:2].tolist() == [0.5, 0.25]
 
 
 def test_an_iteration_lowers_the_trust_rate(as_run):
     bench = Bench(room(), trust_rate=2.0, trust_rate_factor=0.99)
-    as_run(cool)(0.0, bench.numbers, bench.memory.schedule)
+    as_run(decay_schedules)(0.0, bench.numbers, bench.memory.schedule)
     assert bench.memory.schedule[TRUST_RATE] == pytest.approx(1.98)
 
 
 def test_a_jump_start_gets_shorter_when_the_return_is_near_the_best(as_run):
     bench, stages = Bench(room(), guided_tolerance=0.1), []
     for mean_return in (-10.0, -10.9, -11.1, -5.0, -5.6):  # bounds: none, -11, -11, -11, -5.5
-        as_run(cool)(mean_return, bench.numbers, bench.memory.schedule)
+        as_run(decay_schedules)(mean_return, bench.numbers, bench.memory.schedule)
         stages.append(bench.memory.schedule[STAGE])
     assert stages == [1.0, 2.0, 2.0, 3.0, 3.0]
     assert bench.memory.schedule[BEST_RETURN] == -5.0

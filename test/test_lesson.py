@@ -11,9 +11,9 @@ import sys
 from nodes import run, wait_until
 import pytest
 
-from comply_ros.core.methods import METHODS
 from comply_ros.experiments import train
-from comply_ros.nodes.processes import START
+from comply_ros.learner.presets import METHODS
+from comply_ros.nodes.node_processes import START
 
 pytestmark = pytest.mark.usefixtures('domain')
 
@@ -121,10 +121,10 @@ def test_a_node_that_dies_ends_the_lesson_with_its_name(lesson, name):
     process, folder = lesson
     ids = children(process)
     os.kill(ids[name], signal.SIGKILL)
-    said = process.communicate(timeout=30)[1]
+    msg = process.communicate(timeout=30)[1]
     assert process.returncode == 1
-    assert f'lesson: {name} ended with signal SIGKILL; its last lines:\n' in said
-    assert 'ready' in said and 'Traceback' not in said
+    assert f'lesson: {name} ended with signal SIGKILL; its last lines:\n' in msg
+    assert 'ready' in msg and 'Traceback' not in msg
     assert not any(os.path.exists(f'/proc/{pid}') for pid in ids.values())
     assert not (folder / 'summary.json').exists()
 
@@ -134,9 +134,9 @@ def test_ctrl_c_ends_a_lesson_and_its_nodes(lesson, number):
     process, folder = lesson
     ids = children(process)
     process.send_signal(number)
-    said = process.communicate(timeout=30)[1]
+    msg = process.communicate(timeout=30)[1]
     assert process.returncode == 130
-    assert said.endswith('lesson: interrupted\n') and 'Traceback' not in said
+    assert msg.endswith('lesson: interrupted\n') and 'Traceback' not in msg
     assert len(ids) == 3
     assert not any(os.path.exists(f'/proc/{pid}') for pid in ids.values())
 

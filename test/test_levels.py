@@ -6,23 +6,23 @@ import numpy as np
 import pytest
 from worlds import room
 
-from comply_ros.core.grid import NO_ACTION
-from comply_ros.core.planning import optimal_policy, Yardstick
-from comply_ros.dashboard.levels import Levels
+from comply_ros.dashboard.reference_returns import ReferenceReturnsCache
+from comply_ros.world.grid import NO_ACTION
+from comply_ros.world.planning import optimal_policy, ReferenceReturns
 
 
 def test_levels_are_the_exact_returns_of_the_best_policy_and_of_the_mentor():
-    world, levels = room(), Levels()
+    world, levels = room(), ReferenceReturnsCache()
     advice = optimal_policy(world)
     advice[0] = NO_ACTION
     wait_until(lambda: None not in levels.of(world, advice), 'both levels')
-    yardstick = Yardstick(world)
+    reference = ReferenceReturns(world)
     assert levels.of(world, advice) == (
-        pytest.approx(yardstick.optimal_return), pytest.approx(yardstick.return_of(advice)))
+        pytest.approx(reference.optimal_return), pytest.approx(reference.return_of(advice)))
 
 
 def test_a_mentor_that_says_nothing_has_no_level():
-    world, levels = room(), Levels()
+    world, levels = room(), ReferenceReturnsCache()
     advice = optimal_policy(world)
     wait_until(lambda: levels.of(world, advice)[1] is not None, 'level of the mentor')
     silent = np.full_like(advice, NO_ACTION)
@@ -31,7 +31,7 @@ def test_a_mentor_that_says_nothing_has_no_level():
 
 
 def test_another_world_has_other_levels():
-    levels, worlds = Levels(), (room(), room(step=-2.0))
+    levels, worlds = ReferenceReturnsCache(), (room(), room(step=-2.0))
     seen = []
     for world in worlds:
         assert levels.of(world, None) == (None, None)

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 import yaml
 
-from comply_ros.core.grid import MapError
-from comply_ros.session.maps import map_names, parse_map, read_map
-from comply_ros.session.reading import BoundedLoader
+from comply_ros.storage.bounded_yaml import BoundedLoader
+from comply_ros.storage.map_files import map_names, parse_map, read_map
+from comply_ros.world.grid import MapError
 
 SMALL = """
 intended: 0.8

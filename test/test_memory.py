@@ -7,7 +7,7 @@ import struct
 import numpy as np
 from worlds import Bench, corridor
 
-from comply_ros.core.memory import Memory
+from comply_ros.learner.learner_state import LearnerState
 
 
 def test_a_fresh_memory_knows_which_actions_there_are():
@@ -19,7 +19,7 @@ def test_a_fresh_memory_knows_which_actions_there_are():
 
 
 def test_the_digest_is_over_all_arrays_in_order_little_endian():
-    memory = Memory(*(np.array([float(number)]) for number in range(8)))
+    memory = LearnerState(*(np.array([float(number)]) for number in range(8)))
     expected = hashlib.sha256(b''.join(struct.pack('<d', number) for number in range(8)))
     assert memory.digest() == expected.hexdigest()
 

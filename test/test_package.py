@@ -10,24 +10,22 @@ import pytest
 import yaml
 
 import comply_ros
-from comply_ros import entry
-from comply_ros.core.method import FIELDS
-from comply_ros.core.methods import METHODS
+from comply_ros import executables
+from comply_ros.executables import EXECUTABLES
+from comply_ros.learner.learner_config import CONFIG_FIELDS
+from comply_ros.learner.presets import METHODS
 
 TOP = Path(__file__).parents[1]
 KNOWN = {'grid_world': {'map', 'profile', 'seed', 'rate', 'state_dir'},
          'mentor': {'mentor', 'seed', 'budget', 'advising', 'state_dir'},
          'learner': {'method', 'profile', 'seed', 'map_period', 'remembers_advice',
-                     'advice_timeout', 'state_dir', *FIELDS}}
-EXECUTABLES = ('grid_world', 'mentor', 'learner', 'teleop_mentor', 'fault_injector', 'viewer',
-               'lesson', 'dashboard', 'train', 'reproduce', 'sweep', 'topic', 'service',
-               'param', 'record', 'replay', 'plot')
-
+                     'advice_timeout', 'state_dir', *CONFIG_FIELDS}}
 
 @pytest.mark.parametrize('name', EXECUTABLES)
 def test_executables_are_installed_and_have_an_entry(name):
-    assert callable(getattr(entry, name))
-    assert f"'{name}'" in (TOP / 'setup.py').read_text()
+    assert callable(getattr(executables, name))
+    module, _ = EXECUTABLES[name]
+    assert (TOP / 'comply_ros' / f'{module.replace(".", "/")}.py').is_file()
 
 
 def test_the_parameter_file_names_parameters_that_exist():

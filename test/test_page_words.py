@@ -4,15 +4,15 @@
 import pytest
 from worlds import grid
 
-from comply_ros.core.dialogue import describe, Progress
-from comply_ros.core.world import World
 from comply_ros.dashboard.control_panel import nearest_speed, speed_words, SPEEDS
 from comply_ros.dashboard.curve_panel import level_words, progress_words
+from comply_ros.dashboard.dashboard_node import Status, View
+from comply_ros.dashboard.header_bar import alarm, state_words
 from comply_ros.dashboard.health_panel import health_words
 from comply_ros.dashboard.mentor_panel import trust_words
-from comply_ros.dashboard.onlooker import Heard, Sight
-from comply_ros.dashboard.top import alarm, state_words
-from comply_ros.dashboard.watcher import Status, View
+from comply_ros.dashboard.run_view import Heard, Sight
+from comply_ros.protocol.messages import describe, Progress
+from comply_ros.world.mdp import World
 
 GRID = grid('..G')
 SAID = Progress(1, 3, 40, 15, 100, 2.345, 0.5, 1.0, False)

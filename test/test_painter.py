@@ -6,7 +6,7 @@ import os
 import numpy as np
 import pytest
 
-from comply_ros.session.painter import paint_here, painter
+from comply_ros.plots.plot_process import plot_in_process, plot_process
 
 SUMMARY = {'optimal_return': 1.0, 'mentor_return': None, 'episodes': 2, 'method': 'sarsa',
            'map': 'maze', 'mentor': 'none'}
@@ -20,7 +20,7 @@ def children():
 
 def test_a_picture_is_drawn_by_another_process_that_then_ends(tmp_path):
     before = children()
-    with painter() as paint:
+    with plot_process() as paint:
         done = paint('draw_learning_curve', tmp_path / 'a.png', np.zeros((1, 5)), SUMMARY)
         assert len(children() - before) == 1
         done.result()
@@ -29,12 +29,12 @@ def test_a_picture_is_drawn_by_another_process_that_then_ends(tmp_path):
 
 
 def test_what_goes_wrong_there_is_said_here(tmp_path):
-    with painter() as paint, pytest.raises(FileNotFoundError):
+    with plot_process() as paint, pytest.raises(FileNotFoundError):
         paint('draw_learning_curve', tmp_path / 'no' / 'a.png', np.zeros((1, 5)), SUMMARY).result()
 
 
 def test_a_process_with_threads_draws_itself(tmp_path):
     before = children()
-    done = paint_here('draw_learning_curve', tmp_path / 'a.png', np.zeros((1, 5)), SUMMARY)
+    done = plot_in_process('draw_learning_curve', tmp_path / 'a.png', np.zeros((1, 5)), SUMMARY)
     assert done.done() and (tmp_path / 'a.png').exists()
     assert children() == before

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from worlds import grid
 
-from comply_ros.core.dialogue import describe, Recommendation, StateReward
-from comply_ros.core.mentors import noisy_policy, spoiled_policy
-from comply_ros.core.painting import PersonActor
-from comply_ros.core.planning import optimal_policy
-from comply_ros.core.policy import PolicyError
-from comply_ros.core.world import World
+from comply_ros.mentor.mentor_policies import noisy_policy, spoiled_policy
+from comply_ros.mentor.policy_text import PolicyError
+from comply_ros.protocol.human_mentor import HumanMentor
+from comply_ros.protocol.messages import describe, Recommendation, StateReward
+from comply_ros.world.mdp import World
+from comply_ros.world.planning import optimal_policy
 
 ROOM = grid('..G', '.#.', '...')  # state 4 is the obstacle, 8 the goal
 HERE = describe(ROOM, 'room', 7)
@@ -24,24 +24,24 @@ def asked(step=0, s=0, episode=1, run=7):
     return StateReward(run, episode, step, s, -1.0 if step else 0.0, s == 8, False)
 
 
-def said(action, step=0, s=0, episode=1):
+def msg(action, step=0, s=0, episode=1):
     """Return the `Recommendation` as it is said, alone."""
     return (Recommendation(7, episode, step, s, action),)
 
 
 def person(steering=False):
     """Return a person in the room."""
-    actor = PersonActor()
-    actor.hear_world(HERE)
+    actor = HumanMentor()
+    actor.on_world(HERE)
     actor.take_the_wheel(steering)
     return actor
 
 
 @pytest.mark.parametrize('order', list(permutations(('world', 'state', 'paint', 'steer'))))
 def test_a_question_is_answered_in_any_order_and_only_once(order):
-    actor, answers = PersonActor(), []
-    deeds = {'world': lambda: actor.hear_world(HERE)[1:],
-             'state': lambda: actor.hear_state(asked()),
+    actor, answers = HumanMentor(), []
+    deeds = {'world': lambda: actor.on_world(HERE)[1:],
+             'state': lambda: actor.observe(asked()),
              'paint': lambda: actor.paint({0: UP}) or (),
              'steer': lambda: actor.take_the_wheel(True)}
     for deed in order:
@@ -56,19 +56,19 @@ def test_a_question_is_answered_in_any_order_and_only_once(order):
     painted = order.index('paint') < max(order.index('world'), order.index('state')) \
         and order.index('paint') > order.index('world')
     expected = RIGHT if steers_in_time else UP if painted else NONE
-    assert answers == [*said(expected)]
-    assert actor.hear_state(asked()) == tuple(answers)
+    assert answers == [*msg(expected)]
+    assert actor.observe(asked()) == tuple(answers)
 
 
 def test_a_person_says_nothing_at_first_and_what_is_painted_from_the_next_question_on():
     actor = person()
     assert actor.painted.dtype == np.int8 and (actor.painted == NONE).all()
-    assert actor.hear_state(asked()) == said(NONE)
+    assert actor.observe(asked()) == msg(NONE)
     actor.paint({0: UP, 1: RIGHT})
-    assert actor.hear_state(asked()) == said(NONE)  # the same question, the same answer
-    assert actor.hear_state(asked(1, 1)) == said(RIGHT, 1, 1)
+    assert actor.observe(asked()) == msg(NONE)  # the same question, the same answer
+    assert actor.observe(asked(1, 1)) == msg(RIGHT, 1, 1)
     actor.paint({1: NONE})
-    assert actor.hear_state(asked(2, 0)) == said(UP, 2, 0)
+    assert actor.observe(asked(2, 0)) == msg(UP, 2, 0)
     assert actor.painted.tolist() == actor.policy == [UP] + 8 * [NONE]
     assert actor.advice(0) == UP
 
@@ -107,13 +107,13 @@ def test_a_whole_policy_takes_the_place_of_what_was_painted():
 
 def test_while_steering_a_question_waits_for_the_person_and_the_answer_is_painted():
     actor = person(steering=True)
-    assert actor.hear_state(asked()) == ()
-    assert actor.hear_state(asked()) == ()
+    assert actor.observe(asked()) == ()
+    assert actor.observe(asked()) == ()
     assert actor.waiting == asked()
     with pytest.raises(PolicyError, match='must not leave the grid'):
         actor.steer(0)
-    assert actor.steer(UP) == said(UP)
-    assert actor.hear_state(asked()) == said(UP)
+    assert actor.steer(UP) == msg(UP)
+    assert actor.observe(asked()) == msg(UP)
     assert (actor.waiting, actor.painted[0]) == (None, UP)
     assert actor.steer(RIGHT) == ()  # nobody waits
     assert actor.painted[0] == UP
@@ -122,8 +122,8 @@ def test_while_steering_a_question_waits_for_the_person_and_the_answer_is_painte
 def test_whose_patience_ends_hears_no_advice_and_nothing_is_erased():
     actor = person(steering=True)
     actor.paint({0: UP})
-    actor.hear_state(asked())
-    assert actor.give_up() == said(NONE)
+    actor.observe(asked())
+    assert actor.give_up() == msg(NONE)
     assert actor.give_up() == ()
     assert actor.painted[0] == UP
 
@@ -131,31 +131,31 @@ def test_whose_patience_ends_hears_no_advice_and_nothing_is_erased():
 def test_who_lets_the_wheel_go_answers_by_what_is_painted():
     actor = person(steering=True)
     actor.paint({0: UP})
-    actor.hear_state(asked())
-    assert actor.take_the_wheel(False) == said(UP)
-    assert actor.hear_state(asked(1, 3)) == said(NONE, 1, 3)
+    actor.observe(asked())
+    assert actor.take_the_wheel(False) == msg(UP)
+    assert actor.observe(asked(1, 3)) == msg(NONE, 1, 3)
 
 
 def test_a_robot_that_goes_on_without_advice_waits_in_its_new_state():
     actor = person(steering=True)
-    actor.hear_state(asked())
-    assert actor.hear_state(asked(1, 3)) == ()
-    assert actor.hear_state(asked()) == ()
+    actor.observe(asked())
+    assert actor.observe(asked(1, 3)) == ()
+    assert actor.observe(asked()) == ()
     assert actor.waiting == actor.robot == asked(1, 3)
-    actor.hear_state(asked(2, 8))  # the goal: nobody waits there
+    actor.observe(asked(2, 8))  # the goal: nobody waits there
     assert (actor.waiting, actor.robot) == (None, asked(2, 8))
     assert actor.steer(UP) == ()
 
 
 def test_an_older_question_is_not_answered_again():
     actor = person()
-    actor.hear_state(asked(2, 1))
-    assert actor.hear_state(asked(1, 0))[0].kind == 'state too late'
+    actor.observe(asked(2, 1))
+    assert actor.observe(asked(1, 0))[0].kind == 'state too late'
 
 
 def test_a_state_that_cannot_be_is_refused_and_is_not_where_the_robot_is():
     actor = person(steering=True)
-    refused, = actor.hear_state(asked(1, 77))
+    refused, = actor.observe(asked(1, 77))
     assert refused.kind == 'state outside the grid'
     assert (actor.robot, actor.waiting) == (None, None)
 
@@ -163,15 +163,15 @@ def test_a_state_that_cannot_be_is_refused_and_is_not_where_the_robot_is():
 def test_what_is_painted_stays_after_a_reset_and_goes_with_the_map():
     actor = person(steering=True)
     actor.paint({0: UP})
-    actor.hear_state(asked())
-    actor.hear_world(HERE._replace(run=8, replaces=7))
+    actor.observe(asked())
+    actor.on_world(HERE._replace(run=8, replaces=7))
     assert (actor.waiting, actor.robot, actor.painted[0]) == (None, None, UP)
-    actor.hear_state(asked(run=8))
+    actor.observe(asked(run=8))
     assert actor.steer(RIGHT)[0].run == 8
-    other = PersonActor()
-    other.hear_world(describe(grid('..G'), 'other', 6)._replace(began=9.0))
+    other = HumanMentor()
+    other.on_world(describe(grid('..G'), 'other', 6)._replace(began=9.0))
     other.paint({0: RIGHT})
-    other.hear_world(HERE)  # began first
+    other.on_world(HERE)  # began first
     assert (other.painted == NONE).all() and len(other.painted) == 9
 
 

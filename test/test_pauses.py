@@ -3,7 +3,7 @@
 
 import pytest
 
-from comply_ros.nodes.pauses import Pauses, TIMES
+from comply_ros.nodes.cost_throttle import CostThrottle, TIMES
 
 
 class Clock:
@@ -28,11 +28,11 @@ def clock():
 
 
 def test_the_first_is_due_at_once(clock):
-    assert Pauses(3600.0, clock).over()
+    assert CostThrottle(3600.0, clock).over()
 
 
 def test_what_costs_nothing_comes_once_a_period(clock):
-    pauses = Pauses(1.0, clock)
+    pauses = CostThrottle(1.0, clock)
     assert pauses.timed(clock.go, 0.0, begins=True) == 0.0
     assert not pauses.over()
     clock.go(0.75)
@@ -42,7 +42,7 @@ def test_what_costs_nothing_comes_once_a_period(clock):
 
 
 def test_what_costs_much_is_put_off_for_many_times_as_long(clock):
-    pauses = Pauses(1.0, clock)
+    pauses = CostThrottle(1.0, clock)
     pauses.timed(clock.go, 0.25, begins=True)
     clock.go(2000.0)  # of a disk that was full: no cost of theirs
     pauses.timed(clock.go, 0.25)
@@ -56,7 +56,7 @@ def test_what_costs_much_is_put_off_for_many_times_as_long(clock):
 
 
 def test_two_of_a_hundred_seconds_are_lost_at_most(clock):
-    pauses, lost, begin = Pauses(0.0, clock), 0.0, clock.now
+    pauses, lost, begin = CostThrottle(0.0, clock), 0.0, clock.now
     for step in range(40_000):
         clock.go(0.001)
         if pauses.over():

@@ -11,13 +11,13 @@ import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 
-from comply_ros.core.mentors import MentorError
-from comply_ros.core.planning import optimal_policy
-from comply_ros.core.policy import PolicyError
-from comply_ros.core.world import World
-from comply_ros.nodes.person import PersonMentor
+from comply_ros.mentor.mentor_policies import MentorError
+from comply_ros.mentor.policy_text import PolicyError
+from comply_ros.nodes.human_mentor import HumanMentorNode
 from comply_ros.nodes.topics import ACTION, MENTOR_POLICY, STATE
-from comply_ros.session.maps import read_map
+from comply_ros.storage.map_files import read_map
+from comply_ros.world.mdp import World
+from comply_ros.world.planning import optimal_policy
 
 WORLD = ('-p', 'map:=bar_grid', '-p', 'seed:=3')
 LEARNER = ('-p', 'iterations:=0', '-p', 'method:=constant', '-p', 'confidence:=1.0', '-p',
@@ -27,10 +27,10 @@ BAR = World(read_map('bar_grid', 'published'))
 
 @pytest.fixture
 def person(domain):
-    """Return a `PersonMentor` that a thread spins."""
+    """Return a `HumanMentorNode` that a thread spins."""
     context, ended = rclpy.Context(), Event()
     rclpy.init(context=context)
-    node = PersonMentor(context=context)
+    node = HumanMentorNode(context=context)
     executor = SingleThreadedExecutor(context=context)  # a second EventsExecutor hears nothing
     executor.add_node(node)
 
@@ -148,8 +148,8 @@ def test_while_steering_the_robot_waits_for_the_person_but_not_for_ever(person, 
                 assert done(person, lambda action=action: person.steer(action))
                 ask.until(lambda waiting=waiting: ask.heard['action'] and
                           ask.heard['action'][-1][:3] == waiting[:3], 'action')
-                said = ask.heard['action'][-1]
-                assert (said.action, said.followed) == (action, True)
+                msg = ask.heard['action'][-1]
+                assert (msg.action, msg.followed) == (action, True)
                 assert person.policy[waiting.state] == action
             wait_until(lambda: person.actor.waiting, 'question')
             assert ask.set('mentor', patience=0.05) == ''

@@ -7,22 +7,22 @@ import numpy as np
 import pytest
 from worlds import corridor, grid
 
-from comply_ros.core.grid import LEFT, RIGHT, UP
-from comply_ros.core.planning import (
+from comply_ros.storage.map_files import read_map
+from comply_ros.world.grid import LEFT, RIGHT, UP
+from comply_ros.world.mdp import World
+from comply_ros.world.planning import (
     action_values,
     expected_return,
     greedy,
     optimal_policy,
     optimal_values,
     probabilities,
+    ReferenceReturns,
     sweeps_until,
     uniform_probabilities,
     value_iteration,
     values_of,
-    Yardstick,
 )
-from comply_ros.core.world import World
-from comply_ros.session.maps import read_map
 
 
 def test_action_values_look_one_step_ahead():  # (2.10), (2.12)
@@ -66,16 +66,16 @@ def test_maze_is_worth_what_the_report_says(profile, value):
 
 @pytest.mark.parametrize('profile, value', [('report', -112.0), ('published', -71.6)])
 def test_the_random_policy_in_maze_scores_what_the_report_measured(profile, value):
-    assert Yardstick(World(read_map('maze', profile))).random_return == pytest.approx(value, abs=2)
+    assert ReferenceReturns(World(read_map('maze', profile))).random_return == pytest.approx(value, abs=2)
 
 
 def test_optimality_is_linear_between_random_and_optimal():  # section 4.3.1
-    yardstick = Yardstick(corridor())
-    low, high = yardstick.random_return, yardstick.optimal_return
-    assert yardstick.optimality(low) == 0.0
-    assert yardstick.optimality(high) == 1.0
-    assert yardstick.optimality((low + high) / 2) == pytest.approx(0.5)
-    assert yardstick.return_of(optimal_policy(corridor())) == high
+    reference = ReferenceReturns(corridor())
+    low, high = reference.random_return, reference.optimal_return
+    assert reference.optimality(low) == 0.0
+    assert reference.optimality(high) == 1.0
+    assert reference.optimality((low + high) / 2) == pytest.approx(0.5)
+    assert reference.return_of(optimal_policy(corridor())) == high
 
 
 def test_a_pocket_without_a_way_to_the_goal_is_no_place_to_be():
@@ -86,16 +86,16 @@ def test_a_pocket_without_a_way_to_the_goal_is_no_place_to_be():
 
 
 def test_where_all_policies_are_alike_there_is_no_optimality():
-    yardstick = Yardstick(World(grid('.G')))
-    assert yardstick.optimal_return == yardstick.random_return == 10.0
-    assert yardstick.optimality(10.0) is None
+    reference = ReferenceReturns(World(grid('.G')))
+    assert reference.optimal_return == reference.random_return == 10.0
+    assert reference.optimality(10.0) is None
 
 
 def test_a_policy_without_advice_acts_at_random():
     world = corridor()
     silent = np.full(3, -1, dtype=np.int8)
     assert probabilities(world, silent)[1].tolist() == [0.5, 0.5, 0.0, 0.0]
-    assert Yardstick(world).return_of(silent) == Yardstick(world).random_return
+    assert ReferenceReturns(world).return_of(silent) == ReferenceReturns(world).random_return
 
 
 def test_returns_count_the_step_limit_and_obstacles():
@@ -144,4 +144,4 @@ def test_an_evaluated_policy_is_worth_what_its_action_values_say(slips_bump):
 
 def test_the_random_policy_in_the_maze_as_run_is_what_the_published_runs_measured():  # -69.1
     world = World(read_map('maze_as_run', 'published'))
-    assert Yardstick(world).random_return == pytest.approx(-69.07, abs=0.005)
+    assert ReferenceReturns(world).random_return == pytest.approx(-69.07, abs=0.005)

@@ -52,8 +52,8 @@ def test_what_is_missing_is_not_drawn(spoken, tmp_path, missing, pictures):
 
 def test_the_curve_begins_anew_with_a_learner_that_does(spoken):
     reports = plot.Reports()
-    for topic, said in [*spoken, *Held(number=6, run=8, iterations=2).spoken]:
-        reports.hear(topic, said)
+    for topic, msg in [*spoken, *Held(number=6, run=8, iterations=2).spoken]:
+        reports.hear(topic, msg)
     assert list(reports.progress) == [1, 2]
     assert {run for run, _ in reports.episodes} == {8}
 

@@ -4,8 +4,8 @@
 import pytest
 from worlds import grid
 
-from comply_ros.core.policy import format_policy, parse_policy, PolicyError
-from comply_ros.core.world import World
+from comply_ros.mentor.policy_text import format_policy, parse_policy, PolicyError
+from comply_ros.world.mdp import World
 
 WORLD = World(grid('..G', '.#.'))
 

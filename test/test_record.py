@@ -13,7 +13,7 @@ from nodes import log_has, nodes, run, wait_until
 import pytest
 
 from comply_ros.experiments import train
-from comply_ros.nodes.processes import START
+from comply_ros.nodes.node_processes import START
 
 pytestmark = pytest.mark.usefixtures('domain')
 
@@ -109,8 +109,8 @@ def test_ctrl_c_with_nobody_there_ends_a_bag_that_says_so(tmp_path):
          f'bag:={tmp_path / "bag"}'], stderr=subprocess.PIPE, text=True)
     wait_until(lambda: (tmp_path / 'bag').exists() or process.poll(), 'bag')
     process.send_signal(signal.SIGINT)
-    said = process.communicate(timeout=30)[1]
-    assert process.returncode == 0 and 'Traceback' not in said
+    msg = process.communicate(timeout=30)[1]
+    assert process.returncode == 0 and 'Traceback' not in msg
     done = run('replay', str(tmp_path / 'bag'))
     assert done.returncode == 2
     assert 'must have a world, and has none among its 0 messages' in done.stderr

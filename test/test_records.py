@@ -8,7 +8,7 @@ from hypothesis import given, HealthCheck, settings
 from hypothesis import strategies as st
 import pytest
 
-from comply_ros.session.records import DamagedError, Records
+from comply_ros.storage.journal import DamagedError, JournalCodec
 
 settings.register_profile('records', deadline=None, max_examples=200, database=None,
                           derandomize=os.environ.get('CI') == 'true',
@@ -37,13 +37,13 @@ TOLD = [Step(1, -0.5, False), Word(3), Word(-1), Step(2 ** 40, 1e300, True), Ste
 
 def packed(told, seed=SEED):
     """Return the bytes of each tuple."""
-    records = Records(KINDS, seed)
-    return [records.pack(said) for said in told]
+    records = JournalCodec(KINDS, seed)
+    return [records.pack(msg) for msg in told]
 
 
 def unpacked(content, seed=SEED):
     """Return what is in bytes, and how many of them it takes."""
-    return Records(KINDS, seed).unpack(content)
+    return JournalCodec(KINDS, seed).unpack(content)
 
 
 PARTS = packed(TOLD)
@@ -60,7 +60,7 @@ def test_what_was_packed_comes_back_to_the_bit(told, seed):
     content = b''.join(packed(told, seed))
     again, size = unpacked(content, seed)
     assert again == told and size == len(content)
-    assert [type(said) for said in again] == [type(said) for said in told]
+    assert [type(msg) for msg in again] == [type(msg) for msg in told]
     assert b''.join(packed(again, seed)) == content
 
 
@@ -84,7 +84,7 @@ def test_zeros_behind_a_cut_are_what_a_loss_of_power_leaves(zeros):
 
 
 def test_who_goes_on_behind_the_last_whole_record_can_read_all_of_it():
-    records = Records(KINDS, SEED)
+    records = JournalCodec(KINDS, SEED)
     told, end = records.unpack(CONTENT[:-1])
     more = records.pack(Word(5))
     assert unpacked(CONTENT[:end] + more) == ([*told, Word(5)], end + len(more))

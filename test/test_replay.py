@@ -7,10 +7,10 @@ from bags import Held, write
 import pytest
 
 from comply_ros.bags import replay
-from comply_ros.bags.proof import Proof
-from comply_ros.bags.retelling import Differs, Lacks
-from comply_ros.core.dialogue import turn
-from comply_ros.core.methods import METHODS
+from comply_ros.bags.learner_replay import MissingMessage, ReplayDifference
+from comply_ros.bags.replay_check import ReplayCheck
+from comply_ros.learner.presets import METHODS
+from comply_ros.protocol.messages import step_id
 
 
 @pytest.fixture(scope='module')
@@ -21,9 +21,9 @@ def held():
 
 def told(spoken):
     """Return the proof of a conversation; raises Differs."""
-    proof = Proof()
-    for topic, said in spoken:
-        proof.hear(topic, said)
+    proof = ReplayCheck()
+    for topic, msg in spoken:
+        proof.hear(topic, msg)
     proof.end()
     return proof
 
@@ -44,7 +44,7 @@ def without(spoken, topic, number):
 def test_every_learner_says_the_same_again_and_reaches_the_same_digest(method):
     held = Held(method, iterations=2, episodes=2)
     retelling, = told(held.spoken).proven
-    actions = [said for topic, said in held.spoken if topic == 'action']
+    actions = [msg for topic, msg in held.spoken if topic == 'action']
     assert retelling.same == len(actions) > 10
     assert (retelling.digests, retelling.digest, retelling.finished) == (1, held.digest, True)
 
@@ -66,43 +66,43 @@ def test_an_answer_that_is_said_twice_counts_once(held):
 @pytest.mark.parametrize('field, value', [
     ('action', 9), ('followed', None), ('confidence', 0.123), ('advice', 9)])
 def test_the_first_answer_that_differs_is_named(held, field, value):
-    action = [said for topic, said in held.spoken if topic == 'action'][10]
+    action = [msg for topic, msg in held.spoken if topic == 'action'][10]
     value = not action.followed if value is None else value
-    with pytest.raises(Differs) as found:
+    with pytest.raises(ReplayDifference) as found:
         told(changed(held.spoken, 'action', 10, **{field: value}))
     assert str(found.value).startswith(
-        f'on topic action, in run 7, turn {turn(action)}, was recorded ')
+        f'on topic action, in run 7, turn {step_id(action)}, was recorded ')
     assert f'{field} {value}' in str(found.value)
 
 
 def test_a_reward_that_is_slightly_another_is_found_by_the_digest(held):
-    state = next(said for topic, said in held.spoken if topic == 'state' and said.step == 1)
-    number = [said for topic, said in held.spoken if topic == 'state'].index(state)
-    with pytest.raises(Differs, match='was recorded'):
+    state = next(msg for topic, msg in held.spoken if topic == 'state' and msg.step == 1)
+    number = [msg for topic, msg in held.spoken if topic == 'state'].index(state)
+    with pytest.raises(ReplayDifference, match='was recorded'):
         told(changed(held.spoken, 'state', number, reward=state.reward * (1 + 2 ** -30)))
 
 
 def test_another_digest_is_named(held):
-    with pytest.raises(Differs, match=f'recorded the digest f{{64}}; a fresh learner has '
+    with pytest.raises(ReplayDifference, match=f'recorded the digest f{{64}}; a fresh learner has '
                        f'{held.digest}'):
         told(changed(held.spoken, 'method', -1, digest=64 * 'f'))
 
 
 def test_another_progress_is_named(held):
-    with pytest.raises(Differs, match='on topic progress, in run 7, iteration 2, was recorded'):
+    with pytest.raises(ReplayDifference, match='on topic progress, in run 7, iteration 2, was recorded'):
         told(changed(held.spoken, 'progress', 1, mean_return=0.5))
 
 
 def test_another_seed_says_something_else(held):
-    with pytest.raises(Differs, match='on topic action, in run 7'):
+    with pytest.raises(ReplayDifference, match='on topic action, in run 7'):
         told(changed(held.spoken, 'method', 0, seed=4))
 
 
 def test_advice_that_nobody_gave_is_named(held):
-    lying = [(topic, said._replace(action=(said.action + 1) % 4))
-             if topic == 'recommendation' else (topic, said) for topic, said in held.spoken
+    lying = [(topic, msg._replace(action=(msg.action + 1) % 4))
+             if topic == 'recommendation' else (topic, msg) for topic, msg in held.spoken
              if topic != 'mentor_policy']
-    with pytest.raises(Differs, match='and the bag has no such recommendation'):
+    with pytest.raises(ReplayDifference, match='and the bag has no such recommendation'):
         told(lying)
 
 
@@ -114,7 +114,7 @@ def test_the_policy_of_a_mentor_stands_for_what_it_was_not_heard_to_say(held):
 
 
 def test_answers_that_are_missing_follow_from_the_states(held):
-    first = [said for topic, said in held.spoken if topic == 'action'][:20]
+    first = [msg for topic, msg in held.spoken if topic == 'action'][:20]
     late = [each for each in held.spoken if each[1] not in first]
     retelling, = told(late).proven
     assert (retelling.inferred, retelling.digest) == (20, held.digest)
@@ -123,7 +123,7 @@ def test_answers_that_are_missing_follow_from_the_states(held):
 
 
 def test_a_state_that_is_missing_ends_what_can_be_proven(held):
-    with pytest.raises(Lacks, match=r'the state of run 7, turn \(.*\), is not in the bag'):
+    with pytest.raises(MissingMessage, match=r'the state of run 7, turn \(.*\), is not in the bag'):
         told(without(held.spoken, 'state', 10))
 
 
@@ -144,7 +144,7 @@ def test_what_is_recorded_from_the_middle_is_checked_as_far_as_it_goes(held):
     proof = told([held.spoken[0], *late])
     assert proof.proven == []
     assert proof.unknown[5].fits > 10
-    with pytest.raises(Differs, match='was recorded action 9, which state'):
+    with pytest.raises(ReplayDifference, match='was recorded action 9, which state'):
         told([held.spoken[0], *changed(late, 'action', 5, action=9)])
 
 
@@ -165,7 +165,7 @@ def test_the_command_proves_a_bag(held, tmp_path, capsys, storage):
 
 
 def test_the_command_names_a_difference_and_fails(held, tmp_path, capsys):
-    here = turn([said for topic, said in held.spoken if topic == 'action'][10])
+    here = step_id([msg for topic, msg in held.spoken if topic == 'action'][10])
     bag = write(tmp_path / 'bag', changed(held.spoken, 'action', 10, confidence=0.5))
     code, out, _ = said_of(capsys, bag)
     assert code == 1

@@ -11,12 +11,12 @@ from nodes import wait_until
 import pytest
 
 from comply_ros.experiments import reproduce
-from comply_ros.experiments.figures import Figure
-from comply_ros.experiments.runs import Run
-from comply_ros.experiments.style import COLOURS
+from comply_ros.experiments.plot_style import COLOURS
+from comply_ros.experiments.report_figures import Figure
+from comply_ros.experiments.training_runs import Run
 
 FIGURES = ('2.1', '2.4', '2.6', '2.7', '2.8', '3.10')
-COMMAND = [sys.executable, '-c', 'from comply_ros.entry import reproduce; '
+COMMAND = [sys.executable, '-c', 'from comply_ros.executables import reproduce; '
            'raise SystemExit(reproduce())']
 
 
@@ -76,15 +76,15 @@ def test_a_page_elsewhere_has_its_pictures_beside_it(whole, tmp_path):
     assert (tmp_path / 'docs' / 'results' / '2.1.png').exists()
 
 
-@pytest.mark.parametrize('argv, said', [
+@pytest.mark.parametrize('argv, msg', [
     (('--figures', '9.9'), 'reproduce: a figure must be one of 2.1, 2.2, '),
     (('--seeds', '0'), 'reproduce: seeds must be at least 1, got 0'),
     (('--profile', 'real'), "reproduce: profile must be one of report, published, got 'real'"),
     (('--mentors', '/nowhere'), "reproduce: a policy file must be readable, got '/nowhere/ment")])
-def test_a_wrong_option_is_one_sentence(tmp_path, capsys, argv, said):
+def test_a_wrong_option_is_one_sentence(tmp_path, capsys, argv, msg):
     assert reproduce.main(['reproduce', '--out', str(tmp_path), *argv]) == 2
     err = capsys.readouterr().err
-    assert err.startswith(said) and err.count('\n') == 1
+    assert err.startswith(msg) and err.count('\n') == 1
 
 
 def test_an_interrupted_run_keeps_what_it_computed_and_goes_on(tmp_path):

@@ -6,15 +6,15 @@ from dataclasses import replace
 import pytest
 from worlds import grid
 
-from comply_ros.core.advising import Advising
-from comply_ros.core.dialogue import Action, turn
-from comply_ros.core.learner_actor import LearnerActor
-from comply_ros.core.mentor_actor import MentorActor
-from comply_ros.core.methods import find_method
-from comply_ros.core.planning import optimal_policy
-from comply_ros.core.training import Training
-from comply_ros.core.world import World
-from comply_ros.core.world_actor import WorldActor
+from comply_ros.learner.presets import find_method
+from comply_ros.learner.training import Training
+from comply_ros.mentor.advice_budget import AdviceBudget
+from comply_ros.protocol.grid_world import GridWorld
+from comply_ros.protocol.learner import Learner
+from comply_ros.protocol.mentor import Mentor
+from comply_ros.protocol.messages import Action, step_id
+from comply_ros.world.mdp import World
+from comply_ros.world.planning import optimal_policy
 
 RUN = 7
 TINY = grid('G.#', '...', starts=(1, 4), limit=4, intended=0.7)
@@ -33,41 +33,41 @@ class Slow:
     """
 
     def __init__(self):
-        self.world, self.learner = WorldActor(TINY, 'tiny', RUN, seed=4), fresh()
-        self.mentor = MentorActor(3, 'mistakes')
+        self.world, self.learner = GridWorld(TINY, 'tiny', RUN, seed=4), fresh()
+        self.mentor = Mentor(3, 'mistakes')
         for actor in (self.mentor, self.learner):
-            actor.hear_world(self.world.description)
+            actor.on_world(self.world.description)
         self.mentor.use(POLICY)
         self.newest, self.missed = None, 0
 
     def ask(self):
         """Let the world say its question, again if it is open still, and all answer it once."""
         question = self.world.question
-        said = list(self.learner.hear_state(question))
-        self.keep(said)
-        advice = self.mentor.hear_action(self.newest) if self.newest else ()
-        for each in (*advice, *self.mentor.hear_state(question)):
-            answers = self.learner.hear_recommendation(each)
+        msg = list(self.learner.observe(question))
+        self.keep(msg)
+        advice = self.mentor.on_action(self.newest) if self.newest else ()
+        for each in (*advice, *self.mentor.observe(question)):
+            answers = self.learner.on_recommendation(each)
             self.keep(answers)
-            said += answers
-        for each in said:
+            msg += answers
+        for each in msg:
             if type(each) is Action:
-                self.world.hear_action(each)
+                self.world.on_action(each)
 
-    def keep(self, said):
+    def keep(self, msg):
         """Let the newest action take the place of one that the mentor has not heard."""
-        for each in said:
+        for each in msg:
             if type(each) is Action:
                 asked = self.mentor._asked
                 self.missed += (self.newest is not None and asked is not None
-                                and turn(each) > turn(self.newest) == turn(asked)
-                                and self.mentor._acted != turn(asked))
+                                and step_id(each) > step_id(self.newest) == step_id(asked)
+                                and self.mentor._acted != step_id(asked))
                 self.newest = each
 
 
 def fresh():
     """Return a learner that waits for every advice."""
-    return LearnerActor(ROW, seed=4, remembers_advice=False)
+    return Learner(ROW, seed=4, remembers_advice=False)
 
 
 def restarted(learner):
@@ -80,7 +80,7 @@ def restarted(learner):
 
 @pytest.mark.parametrize('killed', [False, True])
 def test_a_mentor_that_misses_the_move_to_a_goal_is_told_it_again(killed):
-    training = Training(World(TINY), Advising(World(TINY), POLICY, 3, 'mistakes'), ROW, seed=4)
+    training = Training(World(TINY), AdviceBudget(World(TINY), POLICY, 3, 'mistakes'), ROW, seed=4)
     for _ in range(3):
         training.iterate()
     table = Slow()
@@ -90,6 +90,6 @@ def test_a_mentor_that_misses_the_move_to_a_goal_is_told_it_again(killed):
         table.ask()
         if killed and number % 3 == 0:
             table.learner = restarted(table.learner)
-    assert table.learner.finished, f'stands still at {turn(table.world.question)}'
+    assert table.learner.finished, f'stands still at {step_id(table.world.question)}'
     assert table.missed > 3
     assert table.learner.memory.digest() == training.memory.digest()

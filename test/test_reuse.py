@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from worlds import Bench, room
 
-from comply_ros.core.grid import RIGHT, UP
-from comply_ros.core.memory import STAGE
+from comply_ros.learner.learner_state import STAGE
+from comply_ros.world.grid import RIGHT, UP
 
 
 def test_reused_trust_fades_within_an_episode(as_run):  # 0.8 * 0.5^3

@@ -15,7 +15,7 @@ from rclpy.node import Node
 from typist import typist
 
 from comply_ros.nodes import topics
-from comply_ros.nodes.processes import START
+from comply_ros.nodes.node_processes import START
 
 FOLDER = Path(__file__).parents[1] / 'config' / 'security'
 NODES = ('grid_world', 'mentor', 'learner', 'lesson', 'viewer')

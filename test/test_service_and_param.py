@@ -7,9 +7,9 @@ import pytest
 from rcl_interfaces.msg import ParameterType
 from rcl_interfaces.srv import SetParameters
 
-from comply_ros.nodes.graph import GraphError
-from comply_ros.nodes.param import value_of
-from comply_ros.nodes.service import filled
+from tools.param import value_of
+from tools.ros_graph import GraphError
+from tools.service import filled
 
 
 @pytest.fixture(scope='module')

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from comply_ros.session.snapshots import MAGIC, pack_snapshot, SnapshotError, unpack_snapshot
+from comply_ros.storage.checkpoint import MAGIC, pack_snapshot, SnapshotError, unpack_snapshot
 
 settings.register_profile('snapshots', deadline=None, max_examples=200, database=None,
                           derandomize=os.environ.get('CI') == 'true',

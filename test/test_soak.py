@@ -12,10 +12,10 @@ import sys
 from nodes import wait_until
 import pytest
 
-from comply_ros.nodes import soak
+from tools import soak
 
 STEPS, AFTER = 50_000, 20_000  # a million, and 50,000, by hand: `scripts/soak`
-COMMAND = (sys.executable, '-m', 'comply_ros.nodes.soak')
+COMMAND = (sys.executable, '-m', 'tools.soak')
 
 
 def readings_of(mb):
@@ -57,9 +57,9 @@ def test_six_bytes_a_step_are_caught_and_four_are_not(capsys):
     assert soak.verdict(table(4), 50_000) == 0
     assert 'It held: no node grew by 5 MB.' in capsys.readouterr().err
     assert soak.verdict(table(6), 50_000) == 1
-    said = capsys.readouterr().err
-    assert re.search(r'learner must grow by less than 5 MB, and grew by 5\.\d', said)
-    assert 'grid_world must' not in said
+    msg = capsys.readouterr().err
+    assert re.search(r'learner must grow by less than 5 MB, and grew by 5\.\d', msg)
+    assert 'grid_world must' not in msg
 
 
 def test_a_window_without_a_reading_is_no_proof():
@@ -84,9 +84,9 @@ def test_ctrl_c_ends_a_soak_and_its_nodes(tmp_path):
     wait_until(lambda: all(log.exists() and 'ready' in log.read_text() for log in logs), 'nodes')
     ids = Path(f'/proc/{process.pid}/task/{process.pid}/children').read_text().split()
     process.send_signal(signal.SIGINT)
-    said = process.communicate(timeout=30)[1]
+    msg = process.communicate(timeout=30)[1]
     assert process.returncode == 130
-    assert said.endswith('soak: interrupted\n') and 'Traceback' not in said
+    assert msg.endswith('soak: interrupted\n') and 'Traceback' not in msg
     assert len(ids) == 3 and not any(os.path.exists(f'/proc/{pid}') for pid in ids)
 
 
@@ -99,6 +99,6 @@ def test_ctrl_c_ends_a_soak_and_its_nodes(tmp_path):
 ])
 def test_a_mistake_is_said_before_anything_is_started(tmp_path, capsys, argv, message):
     assert soak.main(['soak', *argv, '--out', str(tmp_path)]) == 2
-    said = capsys.readouterr().err
-    assert said.startswith(message) and said.count('\n') == 1
+    msg = capsys.readouterr().err
+    assert msg.startswith(message) and msg.count('\n') == 1
     assert not (tmp_path / 'learner.log').exists()

@@ -13,12 +13,12 @@ import subprocess
 from nodes import log_has, nodes, run, wait_until
 import pytest
 
-from comply_ros.core.advising import Advising
-from comply_ros.core.methods import find_method
-from comply_ros.core.training import Training
-from comply_ros.core.world import World
-from comply_ros.session.maps import read_map
-from comply_ros.session.mentors import mentor_policy, read_spec
+from comply_ros.learner.presets import find_method
+from comply_ros.learner.training import Training
+from comply_ros.mentor.advice_budget import AdviceBudget
+from comply_ros.storage.map_files import read_map
+from comply_ros.storage.mentor_cache import mentor_policy, read_mentor_spec
+from comply_ros.world.mdp import World
 
 pytestmark = pytest.mark.usefixtures('domain')
 WORLD = ('-p', 'map:=bar_grid', '-p', 'seed:=3')
@@ -34,8 +34,8 @@ def expected():
     """Return the digest that `train` gives for the arguments above."""
     world = World(read_map('bar_grid', 'published'))
     row = replace(find_method('beta_implicit', 'published'), iterations=8, episodes=6)
-    policy = mentor_policy(read_spec('noisy:0.3'), world, 0)
-    training = Training(world, Advising(world, policy, 40, 'mistakes'), row, 3)
+    policy = mentor_policy(read_mentor_spec('noisy:0.3'), world, 0)
+    training = Training(world, AdviceBudget(world, policy, 40, 'mistakes'), row, 3)
     for _ in range(8):
         training.iterate()
     return training.memory.digest()

@@ -6,7 +6,7 @@ from math import isnan
 import numpy as np
 import pytest
 
-from comply_ros.experiments.statistics import band, interval, student
+from comply_ros.experiments.seed_statistics import band, interval, student
 
 
 def test_a_band_holds_the_middle_of_the_seeds():

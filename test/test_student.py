@@ -6,8 +6,8 @@ from math import isnan
 import pytest
 from worlds import Bench, corridor
 
-from comply_ros.core.grid import LEFT, RIGHT
-from comply_ros.core.student import Student
+from comply_ros.learner.student import Student
+from comply_ros.world.grid import LEFT, RIGHT
 
 
 def student(**settings):
@@ -58,7 +58,7 @@ def test_confidences_are_weighed_over_the_decisions_that_had_advice():
     learner = student()
     learner.begin_episode()
     for advice, p in ((RIGHT, 0.5), (RIGHT, 1.0), (-1, 0.0)):
-        learner.weigh(advice, p)
+        learner.record_confidence(advice, p)
     assert learner.end_episode().confidence == pytest.approx(0.75)
 
 

@@ -12,10 +12,18 @@ from test_methods import ROWS
 from test_talk import Table
 from worlds import grid
 
-from comply_ros.core.advising import Advising
-from comply_ros.core.dialogue import (
+from comply_ros.learner.presets import find_method
+from comply_ros.learner.student import Student
+from comply_ros.learner.training import Training
+from comply_ros.mentor.advice_budget import AdviceBudget
+from comply_ros.mentor.mentor_policies import noisy_policy, sparse_policy
+from comply_ros.numerics.rng import random_streams
+from comply_ros.protocol.grid_world import GridWorld
+from comply_ros.protocol.learner import Learner
+from comply_ros.protocol.mentor import Mentor
+from comply_ros.protocol.messages import (
     Action,
-    Answered,
+    AnsweredObservation,
     Episode,
     Notice,
     Progress,
@@ -23,29 +31,21 @@ from comply_ros.core.dialogue import (
     StateReward,
     WorldDescription,
 )
-from comply_ros.core.draws import streams
-from comply_ros.core.learner_actor import LearnerActor
-from comply_ros.core.mentor_actor import MentorActor
-from comply_ros.core.mentors import noisy_policy, sparse_policy
-from comply_ros.core.methods import find_method
-from comply_ros.core.student import Student
-from comply_ros.core.training import Training
-from comply_ros.core.world import World
-from comply_ros.core.world_actor import WorldActor
-from comply_ros.session import keeping
-from comply_ros.session.keeping import Keeper
+from comply_ros.storage import state_store
+from comply_ros.storage.state_store import StateStore
+from comply_ros.world.mdp import World
 
 SEED, RUN = 4, 7
 ROOM = grid('....G', '.##..', '....#', '.....', starts=(0, 4), limit=40)
 LISTENERS = {
-    WorldDescription: (('mentor', 'hear_world'), ('learner', 'hear_world')),
-    StateReward: (('mentor', 'hear_state'), ('learner', 'hear_state')),
-    Recommendation: (('learner', 'hear_recommendation'),),
-    Action: (('world', 'hear_action'), ('mentor', 'hear_action'))}
+    WorldDescription: (('mentor', 'on_world'), ('learner', 'on_world')),
+    StateReward: (('mentor', 'observe'), ('learner', 'observe')),
+    Recommendation: (('learner', 'on_recommendation'),),
+    Action: (('world', 'on_action'), ('mentor', 'on_action'))}
 SAYS = {'world': (WorldDescription, StateReward), 'mentor': (Recommendation,),
         'learner': (Action,)}
 KINDS = {'world': (Action,), 'mentor': (StateReward, Action),
-         'learner': (Answered, Recommendation)}
+         'learner': (AnsweredObservation, Recommendation)}
 MOMENTS = ('before it is kept', 'before it is said', 'after it was said')
 
 
@@ -70,10 +70,10 @@ class MortalTable(Table):
     def make(self, name):
         """Return one of the three as it starts."""
         if name == 'world':
-            return WorldActor(self.grid, 'map', RUN, SEED)
+            return GridWorld(self.grid, 'map', RUN, SEED)
         if name == 'mentor':
-            return MentorActor(self.budget, self.when)
-        return LearnerActor(self.method, SEED, self.remembers, 1 + self.kills)
+            return Mentor(self.budget, self.when)
+        return Learner(self.method, SEED, self.remembers, 1 + self.kills)
 
     def revive(self, name):
         """Start one of the three; it goes on from what was kept."""
@@ -85,13 +85,13 @@ class MortalTable(Table):
                 actor.restore(*kept)
             if kept or name == 'world':
                 self.answer(name, actor.recall())
-        for kind, said in self.latched.items():
-            self.open += [(listener, said) for listener in self.listeners(kind)
+        for kind, msg in self.latched.items():
+            self.open += [(listener, msg) for listener in self.listeners(kind)
                           if listener[0] == name]
 
     def recall(self, name):
         """Return what was kept."""
-        self.keepers[name] = Keeper(self.folder, name, {}, KINDS[name])
+        self.keepers[name] = StateStore(self.folder, name, {}, KINDS[name])
         return self.keepers[name].recall()
 
     def kill(self, name):
@@ -100,31 +100,31 @@ class MortalTable(Table):
         if name in self.keepers:
             self.keepers.pop(name).close()
         lost = SAYS[name] if self.shuffle.random() < 0.5 else ()
-        self.open = [(listener, said) for listener, said in self.open
-                     if listener[0] != name and type(said) not in lost]
+        self.open = [(listener, msg) for listener, msg in self.open
+                     if listener[0] != name and type(msg) not in lost]
         for kind in SAYS[name]:
             self.latched.pop(kind, None)
         self.revive(name)
 
-    def lay(self, said):
+    def lay(self, msg):
         """Put a message on the table for each listener; latch it."""
-        if type(said) in LISTENERS:
-            self.latched[type(said)] = said
-            self.open += [(listener, said) for listener in self.listeners(type(said))]
+        if type(msg) in LISTENERS:
+            self.latched[type(msg)] = msg
+            self.open += [(listener, msg) for listener in self.listeners(type(msg))]
         else:
-            self.reports.append(said)
+            self.reports.append(msg)
 
     def listeners(self, kind):
         """Return who hears messages of a kind: a mentor hears actions only where they matter."""
         return [(name, hear) for name, hear in LISTENERS[kind]
-                if hear != 'hear_action' or name == 'world' or self.mentor.watches]
+                if hear != 'on_action' or name == 'world' or self.mentor.watches]
 
-    def answer(self, name, utterances):
-        """Keep what an actor was told, then say what it answers, as `ActorNode` does."""
-        if utterances:
+    def answer(self, name, outputs):
+        """Keep what an actor was told, then say what it answers, as `ProtocolNode` does."""
+        if outputs:
             self.keep(name)
-            for said in utterances:
-                self.lay(said)
+            for msg in outputs:
+                self.lay(msg)
 
     def keep(self, name):
         """Keep what an actor was told."""
@@ -138,34 +138,34 @@ class MortalTable(Table):
         if keeper and keeper.is_due():
             keeper.begin(*actor.state())
 
-    def hear(self, name, hear, said):
+    def hear(self, name, hear, msg):
         """Return what one of the three has to say about a message."""
         actor = getattr(self, name)
         if name == 'world':
             before = self.world.question
-            utterances = actor.hear_action(said)
+            outputs = actor.on_action(msg)
             after = self.world.question
             if after.episode == before.episode and after.step > before.step:
-                self.moves.add((before.state, said.action, after.reward, after.state))
-            return utterances
-        utterances = getattr(actor, hear)(said)
-        if hear == 'hear_world' and name == 'mentor' and actor.policy is None:
+                self.moves.add((before.state, msg.action, after.reward, after.state))
+            return outputs
+        outputs = getattr(actor, hear)(msg)
+        if hear == 'on_world' and name == 'mentor' and actor.policy is None:
             kept = self.recall('mentor') if actor.remembers else None
-            return (*utterances, *actor.use(self.policy, kept))
-        return utterances
+            return (*outputs, *actor.use(self.policy, kept))
+        return outputs
 
-    def turn(self):
+    def step_id(self):
         """Let somebody hear one message, and perhaps be killed by it."""
         index = self.shuffle.randrange(len(self.open))
-        (name, hear), said = self.open[index]
+        (name, hear), msg = self.open[index]
         if self.shuffle.random() > 0.1:
             del self.open[index]
         moment = self.shuffle.choice(MOMENTS) if self.shuffle.random() < self.rate else None
-        utterances = self.hear(name, hear, said)
-        if utterances and moment == 'before it is said':
+        outputs = self.hear(name, hear, msg)
+        if outputs and moment == 'before it is said':
             self.keep(name)
         elif moment != 'before it is kept':
-            self.answer(name, utterances)
+            self.answer(name, outputs)
         if moment:
             self.kill(name)
 
@@ -174,11 +174,11 @@ class MortalTable(Table):
         silent, before = 0, None
         while not self.learner.finished:
             if self.open:
-                self.turn()
+                self.step_id()
                 continue
             silent = silent + 1 if self.world.question[:3] == before else 0
             before = self.world.question[:3]
-            assert silent < 50, (self.world.question, self.learner.waits_for())
+            assert silent < 50, (self.world.question, self.learner.waiting_for())
             for name in ('learner', 'mentor'):  # a second goes by
                 self.answer(name, getattr(self, name).look())
             self.lay(self.world.question)
@@ -201,7 +201,7 @@ def folder(tmp_path):
 @pytest.fixture
 def table(folder, monkeypatch):
     """Return a function that makes a table, on which snapshots are frequent."""
-    monkeypatch.setattr(keeping, 'EVERY', 60)
+    monkeypatch.setattr(state_store, 'EVERY', 60)
     for name in ('fsync', 'fdatasync'):  # a kill takes nothing that was written
         monkeypatch.setattr(os, name, lambda file: None)
     made = []
@@ -216,11 +216,11 @@ def table(folder, monkeypatch):
 
 def reports(table, kind, number):
     """Return the reports of a kind by their number; what was said twice was the same."""
-    said = {}
+    msg = {}
     for report in table.reports:
         if isinstance(report, kind):
-            assert repr(said.setdefault(report[number], report)) == repr(report)
-    return list(said.values())
+            assert repr(msg.setdefault(report[number], report)) == repr(report)
+    return list(msg.values())
 
 
 def check(table, training, iterations):
@@ -229,16 +229,16 @@ def check(table, training, iterations):
     assert table.learner.finished
     assert table.learner.memory.digest() == training.memory.digest()
     progress = reports(table, Progress, 1)
-    assert [said.mean_return for said in progress] == [it.mean_return for it in iterations]
-    assert repr([said.confidence for said in progress]) == repr([i.confidence for i in iterations])
+    assert [msg.mean_return for msg in progress] == [it.mean_return for it in iterations]
+    assert repr([msg.confidence for msg in progress]) == repr([i.confidence for i in iterations])
     assert progress[-1].steps == sum(it.steps for it in iterations)
-    assert sum(said.steps for said in reports(table, Episode, 1)) == progress[-1].steps
+    assert sum(msg.steps for msg in reports(table, Episode, 1)) == progress[-1].steps
 
 
 @pytest.mark.parametrize('profile, name', ROWS)
 def test_whoever_is_killed_at_whatever_moment_the_digest_is_that_of_the_compiled_loop(
         table, profile, name):
-    policy = noisy_policy(World(ROOM), 0.3, streams(8)[0])
+    policy = noisy_policy(World(ROOM), 0.3, random_streams(8)[0])
     row = replace(find_method(name, profile), episodes=2, iterations=3)
     training = Training(World(ROOM), policy, row, SEED)
     iterations = [training.iterate() for _ in range(3)]
@@ -251,9 +251,9 @@ def test_whoever_is_killed_at_whatever_moment_the_digest_is_that_of_the_compiled
     ('early', True), ('early', False), ('important', True)])
 @pytest.mark.parametrize('rate', [0.1, 0.3])
 def test_a_mentor_with_a_budget_may_be_killed_too(table, when, remembers, rate):
-    policy = sparse_policy(noisy_policy(World(ROOM), 0.3, streams(8)[0]), World(ROOM), 0.8, 2)
+    policy = sparse_policy(noisy_policy(World(ROOM), 0.3, random_streams(8)[0]), World(ROOM), 0.8, 2)
     row = replace(find_method('explicit', 'published'), episodes=2, iterations=2)
-    told = Advising(World(ROOM), policy, 5, when)
+    told = AdviceBudget(World(ROOM), policy, 5, when)
     training = Training(World(ROOM), told, row, SEED)
     iterations = [training.iterate() for _ in range(2)]
     held = table(rate, row, ROOM, policy, SEED, random.Random(when), remembers, budget=5,
@@ -263,8 +263,8 @@ def test_a_mentor_with_a_budget_may_be_killed_too(table, when, remembers, rate):
 
 
 def test_a_learner_that_comes_back_knows_the_advice_that_it_has_heard(table, monkeypatch):
-    monkeypatch.setattr(keeping, 'EVERY', 10 ** 6)
-    policy = noisy_policy(World(ROOM), 0.3, streams(8)[0])
+    monkeypatch.setattr(state_store, 'EVERY', 10 ** 6)
+    policy = noisy_policy(World(ROOM), 0.3, random_streams(8)[0])
     row = replace(find_method('explicit', 'published'), episodes=2, iterations=2)
     held = table(0.0, row, ROOM, policy, SEED, random.Random(1)).hold()
     before = held.learner.advice_heard().tolist()
@@ -277,8 +277,8 @@ def test_a_learner_that_comes_back_knows_the_advice_that_it_has_heard(table, mon
 @pytest.mark.parametrize('name', ['sarsa', 'explicit', 'watkins', 'head_start'])
 def test_a_learner_whose_journal_lacks_its_end_goes_on_and_learns_no_wrong_step(
         table, monkeypatch, name, lost):
-    monkeypatch.setattr(keeping, 'EVERY', 10 ** 6)
-    policy = noisy_policy(World(ROOM), 0.3, streams(8)[0])
+    monkeypatch.setattr(state_store, 'EVERY', 10 ** 6)
+    policy = noisy_policy(World(ROOM), 0.3, random_streams(8)[0])
     row = replace(find_method(name, 'published'), episodes=2, iterations=4)
     held, learned, learn = table(0.0, row, ROOM, policy, SEED, random.Random(lost)), [], \
         Student.learn
@@ -288,12 +288,12 @@ def test_a_learner_whose_journal_lacks_its_end_goes_on_and_learns_no_wrong_step(
         learn(student, s, a, r, s2, *rest)
     monkeypatch.setattr(Student, 'learn', record)
     for _ in range(300):
-        held.turn() if held.open else held.lay(held.world.question)
+        held.step_id() if held.open else held.lay(held.world.question)
     held.keepers.pop('learner').close()
     journal, = held.folder.glob('learner.*.journal')
     os.truncate(journal, journal.stat().st_size - lost * 40)  # and not behind a whole record
     held.revive('learner')
     held.hold()
-    notices = [said.text for said in held.reports if isinstance(said, Notice)]
+    notices = [msg.text for msg in held.reports if isinstance(msg, Notice)]
     assert any(text.startswith('goes on at turn') for text in notices)
     assert len(learned) > 50 and set(learned) <= held.moves

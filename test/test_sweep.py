@@ -14,7 +14,7 @@ import time
 import pytest
 
 from comply_ros.experiments import sweep
-from comply_ros.experiments.runs import learn, Run
+from comply_ros.experiments.training_runs import learn, Run
 
 FILE = """
 map: bar_grid
@@ -24,7 +24,7 @@ settings: {temperature: [0.5, 1.0], iterations: ITERATIONS, episodes: 2}
 seeds: SEEDS
 """
 START = (sys.executable, '-c',
-         'import sys; from comply_ros.entry import sweep; sys.exit(sweep())')
+         'import sys; from comply_ros.executables import sweep; sys.exit(sweep())')
 
 
 @pytest.fixture(autouse=True)
@@ -116,12 +116,12 @@ def test_ctrl_c_keeps_what_is_done():
     process = started(written(seeds=10, iterations=20_000))
     wait_for_rows('runs/a.csv', 1, process)
     process.send_signal(signal.SIGINT)
-    said = process.communicate(timeout=20)[1]
+    msg = process.communicate(timeout=20)[1]
     done = len(rows('runs/a.csv')) - 1
     assert process.returncode == 130
-    assert said.splitlines()[-1] == (f'sweep: interrupted; {done} of 80 runs are kept in '
+    assert msg.splitlines()[-1] == (f'sweep: interrupted; {done} of 80 runs are kept in '
                                      'runs/a.csv, and the same command goes on from there')
-    assert 'Traceback' not in said
+    assert 'Traceback' not in msg
 
 
 def test_a_full_disk_keeps_what_is_done():
@@ -130,11 +130,11 @@ def test_a_full_disk_keeps_what_is_done():
     def little_room():
         resource.setrlimit(resource.RLIMIT_FSIZE, (limit, resource.RLIM_INFINITY))
     process = started(written(), preexec_fn=little_room)
-    said = process.communicate(timeout=60)[1]
+    msg = process.communicate(timeout=60)[1]
     text = Path('runs/a.csv').read_text()
     done = text.count('\n') - 1
     assert process.returncode == 1
-    assert said.splitlines()[-1] == (f'sweep: runs/a.csv: file too large; {done} of 24 runs are '
+    assert msg.splitlines()[-1] == (f'sweep: runs/a.csv: file too large; {done} of 24 runs are '
                                      'kept in runs/a.csv, and the same command goes on from there')
     assert 5 < done < 24 and limit - 400 < len(text) <= limit and text.endswith('\n')
     assert run('a.yaml') == 0
@@ -152,10 +152,10 @@ def test_a_table_of_another_sweep_is_refused(capsys):
     before = Path('runs/a.csv').read_text()
     capsys.readouterr()
     assert run(written(seeds='[0, 1]')) == 2
-    said = capsys.readouterr().err
-    assert said.startswith('sweep: runs/a.csv, line ')
-    assert 'every run of the table must be one of the sweep, got bar_grid, published, ' in said
-    assert said.count('\n') == 1
+    msg = capsys.readouterr().err
+    assert msg.startswith('sweep: runs/a.csv, line ')
+    assert 'every run of the table must be one of the sweep, got bar_grid, published, ' in msg
+    assert msg.count('\n') == 1
     Path('a.yaml').write_text(Path('a.yaml').read_text().replace('temperature', 'discount'))
     assert run('a.yaml') == 2
     assert 'sweep: runs/a.csv: its first line must be map, ' in capsys.readouterr().err
@@ -171,9 +171,9 @@ def test_a_table_of_another_sweep_is_refused(capsys):
 def test_a_mistake_is_one_line_and_exit_code_2(capsys, argv, message):
     Path('bad.yaml').write_text(Path(written()).read_text().replace('explicit', 'explict'))
     assert run(*argv) == 2
-    said = capsys.readouterr().err
-    assert said.startswith(f'sweep: {message}')
-    assert said.count('\n') == 1
+    msg = capsys.readouterr().err
+    assert msg.startswith(f'sweep: {message}')
+    assert msg.count('\n') == 1
 
 
 def test_memory_stays_flat():
@@ -213,10 +213,10 @@ def test_ctrl_c_ends_a_sweep_on_a_cluster(scheduler):
     process = started(name, '--scheduler', scheduler)
     wait_for_rows('runs/a.csv', 2, process)
     process.send_signal(signal.SIGINT)
-    said = process.communicate(timeout=20)[1]
+    msg = process.communicate(timeout=20)[1]
     assert process.returncode == 130
-    assert said.splitlines()[-1].startswith('sweep: interrupted; ')
-    assert 'Traceback' not in said
+    assert msg.splitlines()[-1].startswith('sweep: interrupted; ')
+    assert 'Traceback' not in msg
 
 
 def test_a_cluster_that_goes_away_is_one_sentence():
@@ -226,15 +226,15 @@ def test_a_cluster_that_goes_away_is_one_sentence():
         address = cluster.scheduler_address
         process = started(written(seeds=10, iterations=3000), '--scheduler', address)
         wait_for_rows('runs/a.csv', 2, process)
-    said = process.communicate(timeout=20)[1]
+    msg = process.communicate(timeout=20)[1]
     assert process.returncode == 1
-    assert f'sweep: the cluster at {address} went away; ' in said.splitlines()[-1]
-    assert 'Traceback' not in said
+    assert f'sweep: the cluster at {address} went away; ' in msg.splitlines()[-1]
+    assert 'Traceback' not in msg
 
 
 @pytest.mark.parametrize('listens', [False, True])
 def test_a_scheduler_that_does_not_answer_is_one_sentence(capsys, monkeypatch, listens):
-    monkeypatch.setattr('comply_ros.experiments.engines.PATIENCE', 1)
+    monkeypatch.setattr('comply_ros.experiments.executors.PATIENCE', 1)
     with socket.socket() as silent:
         silent.bind(('127.0.0.1', 0))
         if listens:

@@ -6,8 +6,8 @@ import time
 
 import pytest
 
-from comply_ros.experiments.runs import Run
-from comply_ros.experiments.sweep_file import parse_sweep, read_sweep, SweepFileError
+from comply_ros.experiments.sweep_yaml import parse_sweep, read_sweep, SweepFileError
+from comply_ros.experiments.training_runs import Run
 
 TOP = Path(__file__).parents[1]
 GOOD = """
@@ -124,7 +124,7 @@ def test_a_policy_that_does_not_fit_one_of_the_maps_is_refused(tmp_path):
 
 
 def test_a_map_without_end_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr('comply_ros.core.planning.MOST_SWEEPS', 3)
+    monkeypatch.setattr('comply_ros.world.planning.MOST_SWEEPS', 3)
     (tmp_path / 'mine.yaml').write_text(
         (TOP / 'comply_ros' / 'maps' / 'bar_grid.yaml').read_text())
     with pytest.raises(SweepFileError, match='line 2: value iteration must settle within 3'):

@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 from worlds import corridor, grid, room
 
-from comply_ros.core import planning, sweeping
-from comply_ros.core.planning import (
+from comply_ros.storage.map_files import map_names, read_map
+from comply_ros.world import planning, value_iteration_jit
+from comply_ros.world.mdp import World
+from comply_ros.world.planning import (
     action_values,
     greedy,
     optimal_values,
@@ -18,9 +20,7 @@ from comply_ros.core.planning import (
     TOLERANCE,
     value_iteration,
 )
-from comply_ros.core.sweeping import best_value, plain_runs, settled_values, update
-from comply_ros.core.world import World
-from comply_ros.session.maps import map_names, read_map
+from comply_ros.world.value_iteration_jit import best_value, plain_runs, settled_values, update
 
 
 def random_grid(seed):
@@ -111,11 +111,11 @@ def test_values_that_do_not_settle_are_an_error_that_says_so(monkeypatch, many):
 
 def test_without_numba_large_worlds_are_swept_in_numpy():
     code = ('import sys; sys.modules["numba"] = None; sys.path.insert(0, "test");'
-            'from comply_ros.core import planning; from worlds import corridor;'
+            'from comply_ros.world import planning; from worlds import corridor;'
             'planning.MANY = 1; planning.settled_values = None;'
             'print(planning.optimal_values(corridor()).round(6).tolist())')
     done = subprocess.run([sys.executable, '-c', code], check=True, capture_output=True, text=True,
-                          cwd=sweeping.__file__.rpartition('comply_ros/core')[0])
+                          cwd=value_iteration_jit.__file__.rpartition('comply_ros/world')[0])
     assert done.stdout == '[8.5, 9.5, 0.0]\n'
 
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """All combinations, by number and back."""
 
-from comply_ros.experiments.runs import Run
-from comply_ros.experiments.sweeps import Sweep
+from comply_ros.experiments.sweep_grid import Sweep
+from comply_ros.experiments.training_runs import Run
 
 SWEEP = Sweep({'map': ('maze',), 'profile': ('report', 'published'), 'mentor': ('none',),
                'mentor_seed': (0,), 'budget': (0, 5), 'advising': ('early',),

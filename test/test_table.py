@@ -5,8 +5,8 @@ import errno
 
 import pytest
 
-from comply_ros.experiments.table import Table, TableError
-from comply_ros.session.results import OutputError
+from comply_ros.experiments.csv_table import Table, TableError
+from comply_ros.storage.run_files import OutputError
 
 COLUMNS = ('method', 'seed', 'regret')
 

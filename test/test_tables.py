@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tables of the page, from numbers that are made up."""
 
-from comply_ros.experiments.figures import as_drawn, Mentors
-from comply_ros.experiments.numbers import name_of
-from comply_ros.experiments.tables import tables_of
+from comply_ros.experiments.report_figures import as_drawn, Mentors
+from comply_ros.experiments.report_tables import tables_of
+from comply_ros.experiments.results_json import name_of
 
 
 def around(mean, half):

@@ -9,9 +9,9 @@ from nodes import nodes, run
 import pytest
 from typist import typist
 
-from comply_ros.core.world import World
 from comply_ros.nodes.topics import ACTION, MENTOR_POLICY, STATE
-from comply_ros.session.maps import read_map
+from comply_ros.storage.map_files import read_map
+from comply_ros.world.mdp import World
 
 pytestmark = pytest.mark.usefixtures('domain')
 WORLD = ('-p', 'map:=free_grid', '-p', 'seed:=3')
@@ -51,8 +51,8 @@ def test_keys_steer_the_robot_and_q_leaves_the_terminal_as_it_was(tmp_path, ask)
             person.type(keys[action])
             until(ask, person, lambda asked=asked: ask.heard['action'] and
                       ask.heard['action'][-1][:3] == asked[:3], 'answer')
-            said = ask.heard['action'][-1]
-            assert (said.action, said.followed) == (action, True)
+            msg = ask.heard['action'][-1]
+            assert (msg.action, msg.followed) == (action, True)
             until(ask, person, lambda asked=asked: ask.heard['state'][-1] != asked, 'next state')
         person.type(' ')
         person.sees('you said no advice')

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from worlds import grid
 
-from comply_ros.session.terminal import keys_of
-from comply_ros.session.text_map import map_lines, window
+from comply_ros.terminal.ansi_map import map_lines, window
+from comply_ros.terminal.raw_terminal import keys_of
 
 PLAIN = {'\x1b[0m': '', '\x1b[1m': '', '\x1b[2m': ''}
 

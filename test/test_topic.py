@@ -9,8 +9,8 @@ from nodes import log_has, nodes, run, wait_until
 import pytest
 import yaml
 
-from comply_ros.nodes.processes import START
-from comply_ros.session.maps import read_map
+from comply_ros.nodes.node_processes import START
+from comply_ros.storage.map_files import read_map
 
 pytestmark = pytest.mark.usefixtures('domain')
 
@@ -43,10 +43,10 @@ def test_info_names_both_ends_and_their_qos(running):
 def test_echo_shows_what_is_latched_as_yaml(running):
     done = run('topic', 'echo', '--once', 'world')
     assert done.returncode == 0
-    said, = (each for each in yaml.safe_load_all(done.stdout) if each)
+    msg, = (each for each in yaml.safe_load_all(done.stdout) if each)
     grid = read_map('bar_grid', 'published')
-    assert (said['rows'], said['sha256']) == (list(grid.rows), grid.sha256)
-    assert said['starts'] == list(grid.starts)
+    assert (msg['rows'], msg['sha256']) == (list(grid.rows), grid.sha256)
+    assert msg['starts'] == list(grid.starts)
 
 
 def test_echo_cuts_long_arrays_unless_it_is_told_not_to(tmp_path):

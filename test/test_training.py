@@ -8,12 +8,12 @@ import pytest
 from test_methods import ROWS
 from worlds import room
 
-from comply_ros.core import training
-from comply_ros.core.methods import find_method, METHODS
-from comply_ros.core.planning import optimal_policy
-from comply_ros.core.training import Training
-from comply_ros.core.world import World
-from comply_ros.session.maps import read_map
+from comply_ros.learner import training
+from comply_ros.learner.presets import find_method, METHODS
+from comply_ros.learner.training import Training
+from comply_ros.storage.map_files import read_map
+from comply_ros.world.mdp import World
+from comply_ros.world.planning import optimal_policy
 
 
 def trained(name, profile, iterations=4, seed=3):
@@ -27,11 +27,11 @@ def trained(name, profile, iterations=4, seed=3):
 
 @pytest.mark.parametrize('profile, name', ROWS)
 def test_compiled_and_plain_give_the_same_bits(monkeypatch, profile, name):
-    compiled, said = trained(name, profile)
+    compiled, msg = trained(name, profile)
     monkeypatch.setattr(training, 'compiled', lambda kernel: kernel)
     plain, repeated = trained(name, profile)
     assert plain.memory.digest() == compiled.memory.digest()
-    assert repr(repeated) == repr(said)  # repr, because nan is not equal to itself
+    assert repr(repeated) == repr(msg)  # repr, because nan is not equal to itself
 
 
 @pytest.mark.parametrize('profile, name', ROWS)
@@ -42,7 +42,7 @@ def test_the_seed_decides_everything(profile, name):
 
 def test_the_size_of_a_block_of_draws_changes_nothing(monkeypatch):
     expected = trained('beta_implicit', 'report')[0].memory.digest()
-    monkeypatch.setattr('comply_ros.core.draws.BLOCK', 7)
+    monkeypatch.setattr('comply_ros.numerics.rng.BLOCK', 7)
     assert trained('beta_implicit', 'report')[0].memory.digest() == expected
 
 

@@ -26,7 +26,7 @@ from test_nodes import (
 )
 
 from comply_ros.nodes import topics
-from comply_ros.nodes.health import TOPIC
+from comply_ros.nodes.diagnostics import TOPIC
 
 __all__ = ['expected', 'node']  # fixtures
 pytestmark = pytest.mark.usefixtures('domain')
@@ -54,7 +54,7 @@ def says(table, name, words):
 @pytest.mark.parametrize('victim', ['grid_world', 'mentor', 'learner'])
 def test_a_node_that_is_killed_again_and_again_and_started_by_hand_loses_nothing(
         tmp_path, node, victim):
-    said, moment = heard(node, topics.ACTION), random.Random(victim)
+    msg, moment = heard(node, topics.ACTION), random.Random(victim)
     keeps = ('-p', f'state_dir:={tmp_path}/state')
     arguments = {'grid_world': (*SLOW, *keeps), 'mentor': (*MENTOR, *keeps),
                  'learner': (*LONG, *keeps)}
@@ -62,8 +62,8 @@ def test_a_node_that_is_killed_again_and_again_and_started_by_hand_loses_nothing
     with nodes(tmp_path, **arguments) as others:
         for number in range(4):
             with nodes(tmp_path / str(number), **{victim: own}) as started:
-                wanted = len(said) + moment.randrange(5, 100)
-                spin_until(node, lambda: len(said) > wanted, 'learning')
+                wanted = len(msg) + moment.randrange(5, 100)
+                spin_until(node, lambda: len(msg) > wanted, 'learning')
                 os.kill(started[victim].pid, signal.SIGKILL)
         with nodes(tmp_path / 'last', **{victim: own}) as last:
             learner = {**others, **last}['learner']
@@ -87,9 +87,9 @@ def test_a_fifth_of_all_messages_lost_late_doubled_or_shuffled_changes_no_bit(tm
 
 
 def test_a_second_learner_stands_aside_and_the_first_one_keeps_the_run(tmp_path, node):
-    said = heard(node, topics.ACTION)
+    msg = heard(node, topics.ACTION)
     with nodes(tmp_path, grid_world=SLOW, mentor=MENTOR, learner=LONG) as started:
-        spin_until(node, lambda: len(said) > 20, 'learning')
+        spin_until(node, lambda: len(msg) > 20, 'learning')
         with nodes(tmp_path / 'second', learner=LEARNER) as second:
             wait_until(log_has(second['learner'], 'stands aside: learner '), 'second learner')
             assert digest_of(started['learner']) == trained(iterations=16)
@@ -98,9 +98,9 @@ def test_a_second_learner_stands_aside_and_the_first_one_keeps_the_run(tmp_path,
 
 
 def test_a_second_world_stands_aside_and_the_first_one_goes_on(tmp_path, node):
-    said, health = heard(node, topics.ACTION), health_of(node)
+    msg, health = heard(node, topics.ACTION), health_of(node)
     with nodes(tmp_path, grid_world=SLOW, mentor=MENTOR, learner=LONG) as started:
-        spin_until(node, lambda: len(said) > 20, 'learning')
+        spin_until(node, lambda: len(msg) > 20, 'learning')
         with nodes(tmp_path / 'second', grid_world=('-p', 'map:=free_grid')) as two:
             words = "another world, 'bar_grid', came first and keeps these topics"
             wait_until(log_has(two['grid_world'], words), words)
@@ -126,7 +126,7 @@ def test_a_lesson_goes_on_while_somebody_starts_the_nodes_twice(tmp_path):
 STARTS_TWICE = """
 import pathlib, signal, sys, tempfile, time
 signal.signal(signal.SIGTERM, lambda *_: sys.exit())
-from comply_ros.nodes.processes import NodeProcess
+from comply_ros.nodes.node_processes import NodeProcess
 log = pathlib.Path(sys.argv[1])
 while not (log.exists() and 'begins to learn' in log.read_text()):
     time.sleep(0.01)

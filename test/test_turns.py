@@ -5,8 +5,8 @@ import pytest
 from test_conversation import state
 from worlds import room
 
-from comply_ros.core.dialogue import Aside, Notice, Refused
-from comply_ros.core.turns import OF_ANOTHER, Turns
+from comply_ros.protocol.messages import Inactive, Notice, Rejected
+from comply_ros.protocol.turns import OF_ANOTHER, Turns
 
 ROOM = room()
 
@@ -28,19 +28,19 @@ def test_who_has_answered_nothing_takes_the_first_question_at_once_and_any_other
     assert turns.remark(late, ROOM) is None
 
 
-@pytest.mark.parametrize('said', [state(step=1, s=1), state(step=1, s=3)])
-def test_the_next_question_is_one_move_away(said):
-    assert after(state()).remark(said, ROOM) is None
+@pytest.mark.parametrize('msg', [state(step=1, s=1), state(step=1, s=3)])
+def test_the_next_question_is_one_move_away(msg):
+    assert after(state()).remark(msg, ROOM) is None
 
 
-@pytest.mark.parametrize('said', [
+@pytest.mark.parametrize('msg', [
     state(), state(step=3, s=1), state(episode=2), state(episode=2, step=1, s=1),
     state(episode=4_000_000_000)])
-def test_any_other_turn_is_refused_however_often_it_is_asked(said):
+def test_any_other_turn_is_refused_however_often_it_is_asked(msg):
     turns = after(state(step=0), state(step=1, s=1))
     for _ in range(5):
-        remark = turns.remark(said, ROOM)
-        assert (type(remark), remark.kind) == (Refused, 'question out of turn')
+        remark = turns.remark(msg, ROOM)
+        assert (type(remark), remark.kind) == (Rejected, 'question out of turn')
         turns.look()
 
 
@@ -93,7 +93,7 @@ def test_one_learner_too_many_stands_aside_after_a_score_of_turns_of_another():
         for _ in range(3):  # repetitions do not count
             assert turns.leave(state(step=step)._replace(learner=5), 6) == ()
     aside, = turns.leave(state(step=OF_ANOTHER)._replace(learner=5), 6)
-    assert aside == Aside('learner 5 came first and keeps run 7: end this one, 6, or give it a '
+    assert aside == Inactive('learner 5 came first and keeps run 7: end this one, 6, or give it a '
                           'world of its own')
     assert turns.aside
 

@@ -79,12 +79,12 @@ def test_blocks_have_terminals_commands_and_what_is_expected():
                             Block(17, '2', True, (), ())]
 
 
-@pytest.mark.parametrize('expected, said, is_there', [
+@pytest.mark.parametrize('expected, msg, is_there', [
     (['a ... c'], 'x\na b c\n', True), (['a'], 'ab\n', False), (['a', 'c'], 'a\nb\nc\n', False),
     (['a', '...', 'c'], 'a\nb\nb\nc\n', True), (['a', '...', 'c'], 'a\nc\n', True),
     (['(.)'], '(a)\n', False)])
-def test_three_dots_stand_for_anything_and_nothing_else_does(expected, said, is_there):
-    assert bool(pattern(expected).search(said)) == is_there
+def test_three_dots_stand_for_anything_and_nothing_else_does(expected, msg, is_there):
+    assert bool(pattern(expected).search(msg)) == is_there
 
 
 @pytest.mark.parametrize('block, sentence', [

@@ -4,11 +4,11 @@
 import numpy as np
 import pytest
 
-from comply_ros.experiments import verdicts
-from comply_ros.experiments.cells import CellData
-from comply_ros.experiments.figures import Mentors, report_figures
-from comply_ros.experiments.results_data import Results
-from comply_ros.experiments.verdicts import verdict
+from comply_ros.experiments import figure_checks
+from comply_ros.experiments.figure_checks import verdict
+from comply_ros.experiments.report_figures import Mentors, report_figures
+from comply_ros.experiments.result_cache import CellData
+from comply_ros.experiments.results import Results
 
 FIGURES = {figure.name: figure for figure in report_figures('published', Mentors())}
 
@@ -73,7 +73,7 @@ def test_a_constant_learner_stays_with_its_mentor(end, agrees):
 
 def test_every_figure_of_the_report_with_a_result_has_a_verdict():
     for figure in FIGURES.values():
-        judged = figure.name in verdicts._BY_NAME or figure.kind in verdicts._BY_KIND
+        judged = figure.name in figure_checks._BY_NAME or figure.kind in figure_checks._BY_KIND
         assert judged != (figure.kind in ('map', 'densities')), figure.name
 
 

@@ -17,11 +17,11 @@ from test_nodes import digest_of, heard, LEARNER, MENTOR, SMALL, spin_until, tra
 from visualization_msgs.msg import Marker
 import yaml
 
-from comply_ros.core.drawing import advised, CORNERS_OF_ARROW, occupancy
-from comply_ros.core.world import World
-from comply_ros.nodes import topics, views
-from comply_ros.session.maps import read_map
-from comply_ros.session.mentors import mentor_policy, read_spec
+from comply_ros.nodes import topics, viewer_messages
+from comply_ros.plots.viewer_geometry import advised, CORNERS_OF_ARROW, occupancy
+from comply_ros.storage.map_files import read_map
+from comply_ros.storage.mentor_cache import mentor_policy, read_mentor_spec
+from comply_ros.world.mdp import World
 
 pytestmark = pytest.mark.usefixtures('domain')
 TOP = Path(__file__).parents[1]
@@ -38,29 +38,29 @@ def node():
 
 
 def test_all_is_shown_and_the_digest_is_the_same(tmp_path, node):
-    seen = {view: heard(node, view) for view in views.VIEWS}
+    seen = {view: heard(node, view) for view in viewer_messages.VIEWS}
     trust, values, episodes, progress = (heard(node, topic) for topic in (
         topics.TRUST, topics.VALUES, topics.EPISODE, topics.PROGRESS))
     with nodes(tmp_path, viewer=VIEWER, grid_world=SMALL, mentor=MENTOR,
                learner=LEARNER) as started:
         assert digest_of(started['learner']) == trained(iterations=4)
         spin_until(node, lambda: all(seen.values()) and len(progress) == 4 and len(episodes) >= 20
-                   and seen[views.MENTOR][-1].markers[0].colors
-                   and seen[views.MEAN_RETURN][-1].data == progress[-1].mean_return
+                   and seen[viewer_messages.MENTOR][-1].markers[0].colors
+                   and seen[viewer_messages.MEAN_RETURN][-1].data == progress[-1].mean_return
                    and shows(seen, trust, values), 'views of the last maps')
     world = World(read_map('bar_grid', 'published'))
-    grid, policy = world.grid, mentor_policy(read_spec('noisy:0.3'), world, 0)
-    shown = seen[views.MAP][-1]
+    grid, policy = world.grid, mentor_policy(read_mentor_spec('noisy:0.3'), world, 0)
+    shown = seen[viewer_messages.MAP][-1]
     assert list(shown.data) == occupancy(world)
     assert (shown.info.width, shown.info.height) == (grid.width, grid.height)
     assert (shown.info.resolution, shown.header.frame_id) == (0.5, 'map')
-    arrows, = seen[views.MENTOR][-1].markers
+    arrows, = seen[viewer_messages.MENTOR][-1].markers
     assert arrows.type == Marker.TRIANGLE_LIST
     assert len(arrows.points) == len(arrows.colors) == \
         CORNERS_OF_ARROW * len(advised(world, policy))
-    returns = {said.total_reward for said in episodes}
-    assert returns.issuperset(said.data for said in seen[views.EPISODE_RETURN])
-    place = seen[views.ROBOT][-1].pose.position
+    returns = {msg.total_reward for msg in episodes}
+    assert returns.issuperset(msg.data for msg in seen[viewer_messages.EPISODE_RETURN])
+    place = seen[viewer_messages.ROBOT][-1].pose.position
     assert (place.x % 0.5, place.y % 0.5) == (0.25, 0.25)
     assert 'refused' not in started['viewer'].log.read_text()
 
@@ -68,14 +68,14 @@ def test_all_is_shown_and_the_digest_is_the_same(tmp_path, node):
 def shows(seen, trust, values):
     """Tell whether the last trust map and the last values are what the learner said last."""
     world = World(read_map('bar_grid', 'published'))
-    if not trust or not values or not seen[views.VALUES][-1].markers[0].points:
+    if not trust or not values or not seen[viewer_messages.VALUES][-1].markers[0].points:
         return False
     percents = np.rint(100.0 * np.array(trust[-1].confidence))
     expected = np.where(world.free, percents, -1).tolist()
     there = np.array(values[-1].value)[world.free]
-    return list(seen[views.TRUST_MAP][-1].data) == expected and (
+    return list(seen[viewer_messages.TRUST_MAP][-1].data) == expected and (
         f'white {there.min():.3g}, blue {there.max():.3g}'
-        in seen[views.VALUES][-1].markers[1].text)
+        in seen[viewer_messages.VALUES][-1].markers[1].text)
 
 
 def test_a_viewer_that_hangs_stops_nobody(tmp_path):
@@ -104,7 +104,7 @@ def test_rviz_shows_what_the_viewer_publishes_and_nothing_else():
     kinds = {'OccupancyGrid': 'Map', 'PoseStamped': 'Pose', 'Path': 'Path',
              'MarkerArray': 'MarkerArray'}
     expected = {f'/{view.name}': f'rviz_default_plugins/{kinds[view.message.__name__]}'
-                for view in views.VIEWS if view.message.__name__ in kinds}
+                for view in viewer_messages.VIEWS if view.message.__name__ in kinds}
     shown = {each['Topic']['Value']: each['Class'] for each in content['Displays']}
     assert shown == expected
     assert content['Global Options']['Fixed Frame'] == 'map'
@@ -118,7 +118,7 @@ def test_foxglove_shows_what_the_viewer_publishes_and_nothing_else():
     for name, panel in panels.items():
         shown |= set(panel['topics'] if name.startswith('3D!') else
                      (each['value'].removesuffix('.data') for each in panel['paths']))
-    assert shown == {f'/{view.name}' for view in views.VIEWS}
+    assert shown == {f'/{view.name}' for view in viewer_messages.VIEWS}
     assert set(re.findall(r"'(\w+!\w+)'", repr(content['layout']))) == set(panels)
 
 
@@ -126,4 +126,4 @@ def test_the_launch_file_knows_what_rviz_shows():
     tables = {each.targets[0].id: each.value for each in ast.parse(
         (TOP / 'launch' / 'teach.launch.py').read_text()).body if isinstance(each, ast.Assign)}
     assert {f'view/{each}' for each in ast.literal_eval(tables['SHOWN'])} == {
-        view.name for view in views.VIEWS if 'return' not in view.name}
+        view.name for view in viewer_messages.VIEWS if 'return' not in view.name}

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from comply_ros.core.ways import reaching, roots
+from comply_ros.world.reachability import connected_components, reachable
 
 
 def walked(free, goal):
@@ -31,31 +31,31 @@ def test_ways_are_those_of_a_walk(seed):
     generator = np.random.Generator(np.random.PCG64(seed))
     cells = generator.choice(list('...##G'), p=[0.2, 0.2, 0.2, 0.19, 0.19, 0.02],
                              size=generator.integers(1, 40, size=2))
-    assert (reaching(cells == '.', cells == 'G') == walked(cells == '.', cells == 'G')).all()
+    assert (reachable(cells == '.', cells == 'G') == walked(cells == '.', cells == 'G')).all()
 
 
 def test_a_way_may_turn_as_often_as_it_likes():
     lines = ['.' * 41 if y % 2 == 0 else '#' * 40 + '.' if y % 4 == 1 else '.' + '#' * 40
              for y in range(41)]
     free, goal = signs('G' + '.' * 40, *lines[1:])
-    assert reaching(free, goal)[free].all()
+    assert reachable(free, goal)[free].all()
     free[20, 20] = False
-    assert (reaching(free, goal) == walked(free, goal)).all()
-    assert not reaching(free, goal)[free].all()
+    assert (reachable(free, goal) == walked(free, goal)).all()
+    assert not reachable(free, goal)[free].all()
 
 
 def test_no_way_leads_through_a_goal_or_an_obstacle_or_round_the_edge():
     free, goal = signs('..#G.', '###.#', '.....')
-    assert reaching(free, goal).astype(int).tolist() == [
+    assert reachable(free, goal).astype(int).tolist() == [
         [0, 0, 0, 1, 1], [0, 0, 0, 1, 0], [1, 1, 1, 1, 1]]
     free, goal = signs('#G#', '###', '..#')
-    assert reaching(free, goal).astype(int).tolist() == [[0, 1, 0], [0, 0, 0], [0, 0, 0]]
+    assert reachable(free, goal).astype(int).tolist() == [[0, 1, 0], [0, 0, 0], [0, 0, 0]]
 
 
 def test_a_map_of_goals_alone():
-    assert reaching(*signs('GG')).tolist() == [[True, True]]
+    assert reachable(*signs('GG')).tolist() == [[True, True]]
 
 
 def test_roots_are_equal_where_pairs_connect():
     one, other = np.array([5, 4, 3, 7, 1]), np.array([4, 3, 5, 8, 1])
-    assert roots(9, one, other).tolist() == [0, 1, 2, 3, 3, 3, 6, 7, 7]
+    assert connected_components(9, one, other).tolist() == [0, 1, 2, 3, 3, 3, 6, 7, 7]

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from worlds import corridor, grid, room
 
-from comply_ros.core.grid import DOWN, LEFT, RIGHT, UP
-from comply_ros.core.world import first_state, taken_action, World
+from comply_ros.world.grid import DOWN, LEFT, RIGHT, UP
+from comply_ros.world.mdp import first_state, taken_action, World
 
 
 def test_moves_lead_to_neighbours_and_never_off_the_grid():

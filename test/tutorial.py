@@ -162,10 +162,10 @@ class Class:
         process = self._running[block.terminal]
 
         def seen():
-            said = self._output(block.terminal)
+            msg = self._output(block.terminal)
             if process.poll() is not None:
-                raise EndedError(f'{where(block)} ended:\n{said}')
-            return pattern(block.expected).search(said)
+                raise EndedError(f'{where(block)} ended:\n{msg}')
+            return pattern(block.expected).search(msg)
         try:
             wait_until(seen, where(block))
         except AssertionError:
@@ -173,19 +173,19 @@ class Class:
 
     def _run(self, block):
         """Run commands to their end; those that look at a topic again, until it is there."""
-        said = ''
+        msg = ''
 
         def seen():
-            nonlocal said
-            said = ''.join(self._said_by(command, block) for command in block.commands)
-            return pattern(block.expected).search(said)
+            nonlocal msg
+            msg = ''.join(self._said_by(command, block) for command in block.commands)
+            return pattern(block.expected).search(msg)
         if seen():
             return
-        assert all(each.startswith(AGAIN) for each in block.commands), unlike(block, said)
+        assert all(each.startswith(AGAIN) for each in block.commands), unlike(block, msg)
         try:
             wait_until(seen, where(block))
         except AssertionError:
-            raise AssertionError(unlike(block, said)) from None
+            raise AssertionError(unlike(block, msg)) from None
 
     def _said_by(self, command, block):
         done = subprocess.run(['bash', '-c', command], cwd=self._folder, text=True, timeout=60,
@@ -222,7 +222,7 @@ def where(block):
     return f'line {block.line}: {" ; ".join(block.commands)}'
 
 
-def unlike(block, said):
+def unlike(block, msg):
     """Sentence for what was not to be seen."""
     expected = '\n'.join(block.expected)
-    return f'{where(block)}\nshows\n{said}\nand not\n{expected}'
+    return f'{where(block)}\nshows\n{msg}\nand not\n{expected}'

@@ -11,7 +11,7 @@ import termios
 
 from nodes import wait_until
 
-from comply_ros.nodes.processes import START
+from comply_ros.nodes.node_processes import START
 
 CODES = re.compile(r'\x1b\[[0-9;?]*[A-Za-z]')
 

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tiny worlds whose numbers can be worked out by hand, and learners in them."""
 
-from comply_ros.core.belief import update_belief
-from comply_ros.core.compliance import confidence
-from comply_ros.core.grid import Grid, RIGHT
-from comply_ros.core.memory import Memory
-from comply_ros.core.method import Method
-from comply_ros.core.world import World
+from comply_ros.learner.belief_update import update_belief
+from comply_ros.learner.confidence import confidence
+from comply_ros.learner.learner_config import LearnerConfig
+from comply_ros.learner.learner_state import LearnerState
+from comply_ros.world.grid import Grid, RIGHT
+from comply_ros.world.mdp import World
 
 
 def grid(*rows, starts=(0,), step=-1.0, obstacle=-5.0, goal=10.0, intended=0.8, limit=50):
@@ -28,9 +28,9 @@ class Bench:
     """One method and its memory in a small world, with the arguments that kernels take."""
 
     def __init__(self, world, **settings):
-        self.method = Method(**settings)
+        self.method = LearnerConfig(**settings)
         self.numbers = self.method.numbers()
-        self.memory = Memory.fresh(world, self.method)
+        self.memory = LearnerState.fresh(world, self.method)
         self.arrays = self.memory.arrays()
 
     def confidence(self, as_run, s=4, advice=RIGHT, step=0):

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Recorded conversations: written, read, replayed, plotted. No rclpy."""
+"""Recorded runs in rosbag2 files: read, written, replayed and plotted. Imports no rclpy."""

@@ -9,7 +9,7 @@ from zlib import crc32
 
 from lz4.frame import LZ4FrameDecompressor
 
-from comply_ros.bags.recorded import BagError, CutOff, in_short, Recorded
+from comply_ros.bags.bag_message import BagError, BagMessage, CutOff, in_short
 
 if sys.version_info >= (3, 14):
     from compression import zstd
@@ -26,7 +26,7 @@ DECOMPRESSORS = {'zstd': zstd.ZstdDecompressor, 'lz4': LZ4FrameDecompressor}
 
 def read_mcap(path):
     """
-    Yield every `Recorded` message of a file, in the order of the file.
+    Yield every `BagMessage` message of a file, in the order of the file.
 
     Raises
     ------
@@ -94,7 +94,7 @@ def _take(opcode, body, schemas, channels):
     """Yield the message of a record, if it is one; change the tables if it belongs there."""
     if opcode == MESSAGE:
         channel, _, time, _ = MESSAGE_HEAD.unpack_from(body)
-        yield Recorded(*channels[channel], time, body[MESSAGE_HEAD.size:])
+        yield BagMessage(*channels[channel], time, body[MESSAGE_HEAD.size:])
     elif opcode == SCHEMA:
         name, place = _text(body, 2)
         encoding, place = _text(body, place)

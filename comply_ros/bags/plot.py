@@ -3,21 +3,21 @@
 
 import numpy as np
 
-from comply_ros.bags.bag import Bag
-from comply_ros.bags.conversation import Conversation
-from comply_ros.bags.recorded import BagError
+from comply_ros.bags.bag_message import BagError
+from comply_ros.bags.bag_reader import Bag
+from comply_ros.bags.message_decoder import DecodedMessages
 from comply_ros.bags.replay import bag_parser, shown, tell_cut
-from comply_ros.core.dialogue import grid_of
-from comply_ros.core.grid import NO_ACTION
-from comply_ros.core.planning import PlanningError, Yardstick
-from comply_ros.core.world import World
-from comply_ros.session.options import guarded
-from comply_ros.session.pictures import (
+from comply_ros.plots.training_plots import (
     draw_episode_lengths,
     draw_learning_curve,
     draw_trust_map,
 )
-from comply_ros.session.results import OutputError, prepare_folder
+from comply_ros.protocol.messages import grid_from_description
+from comply_ros.storage.run_files import OutputError, prepare_folder
+from comply_ros.terminal.training_options import guarded
+from comply_ros.world.grid import NO_ACTION
+from comply_ros.world.mdp import World
+from comply_ros.world.planning import PlanningError, ReferenceReturns
 
 
 class Reports:
@@ -44,39 +44,39 @@ class Reports:
         self.progress, self.episodes, self.visited, self.heard = {}, {}, set(), {}
         self.trust, self.advice = None, None
 
-    def hear(self, topic, said):
+    def hear(self, topic, msg):
         """Take what was said next."""
-        take = getattr(self, f'_hear_{topic}', None)
+        take = getattr(self, f'_on_{topic}', None)
         if take:
-            take(said)
+            take(msg)
 
-    def _hear_world(self, said):
-        if self.described and said.sha256 != self.described.sha256:
+    def _on_world(self, msg):
+        if self.described and msg.sha256 != self.described.sha256:
             self._begin()
-        self.described = said
+        self.described = msg
 
-    def _hear_method(self, said):
-        if said.turns == 0 and self.progress:
+    def _on_method(self, msg):
+        if msg.turns == 0 and self.progress:
             self._begin()  # it has forgotten all, or is another
-        self.method = said.method
+        self.method = msg.method
 
-    def _hear_progress(self, said):
-        self.progress[said.iteration] = said
+    def _on_progress(self, msg):
+        self.progress[msg.iteration] = msg
 
-    def _hear_episode(self, said):
-        self.episodes[said.run, said.episode] = said
+    def _on_episode(self, msg):
+        self.episodes[msg.run, msg.episode] = msg
 
-    def _hear_trust(self, said):
-        self.trust = said
+    def _on_trust(self, msg):
+        self.trust = msg
 
-    def _hear_mentor_policy(self, said):
-        self.advice = said
+    def _on_mentor_policy(self, msg):
+        self.advice = msg
 
-    def _hear_recommendation(self, said):
-        self.heard[said.state] = said.action
+    def _on_recommendation(self, msg):
+        self.heard[msg.state] = msg.action
 
-    def _hear_state(self, said):
-        self.visited.add(said.state)
+    def _on_state(self, msg):
+        self.visited.add(msg.state)
 
 
 def main(argv):
@@ -89,9 +89,9 @@ def main(argv):
 
 def run(given):
     """Read a bag, write and name the pictures, return the exit code."""
-    conversation, reports = Conversation(Bag(given.bag), given.namespace), Reports()
-    for topic, said in shown(conversation, 'plot'):
-        reports.hear(topic, said)
+    conversation, reports = DecodedMessages(Bag(given.bag), given.namespace), Reports()
+    for topic, msg in shown(conversation, 'plot'):
+        reports.hear(topic, msg)
     tell_cut('plot', conversation.bag)
     path = conversation.bag.path.resolve()
     out = prepare_folder(given.out or path.with_name(f'{path.stem}-pictures'))
@@ -106,16 +106,16 @@ def run(given):
 def draw(reports, out):
     """Draw what there is; return the paths of the pictures."""
     try:
-        world = World(grid_of(reports.described))
+        world = World(grid_from_description(reports.described))
     except ValueError as error:
         raise BagError(f'the world of run {reports.described.run} must be whole: {error}'
                        ) from None
     advice, summary = _advice(reports, world), _summary(reports)
     drawn = []
     if reports.progress:
-        yardstick = Yardstick(world)
-        summary['optimal_return'] = yardstick.optimal_return
-        summary['mentor_return'] = None if advice is None else yardstick.return_of(advice)
+        reference = ReferenceReturns(world)
+        summary['optimal_return'] = reference.optimal_return
+        summary['mentor_return'] = None if advice is None else reference.return_of(advice)
         drawn.append(out / 'learning_curve.png')
         draw_learning_curve(drawn[-1], _curve(reports.progress), summary)
     if _fits(reports.trust, world, 'confidence') and advice is not None:
@@ -157,7 +157,7 @@ def _advice(reports, world):
     return np.where(possible, advice, NO_ACTION).astype(np.int8) if possible.any() else None
 
 
-def _fits(said, world, field):
-    return said is not None and len(getattr(said, field)) == len(world.terminal)
+def _fits(msg, world, field):
+    return msg is not None and len(getattr(msg, field)) == len(world.terminal)
 
 

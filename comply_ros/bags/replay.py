@@ -4,14 +4,14 @@
 import argparse
 import sys
 
-from comply_ros.bags.bag import Bag
-from comply_ros.bags.conversation import Conversation
-from comply_ros.bags.proof import Proof
-from comply_ros.bags.recorded import BagError
-from comply_ros.bags.retelling import Differs, Lacks
-from comply_ros.session.disk import in_line
-from comply_ros.session.options import guarded
-from comply_ros.session.screen import progress_bar
+from comply_ros.bags.bag_message import BagError
+from comply_ros.bags.bag_reader import Bag
+from comply_ros.bags.learner_replay import MissingMessage, ReplayDifference
+from comply_ros.bags.message_decoder import DecodedMessages
+from comply_ros.bags.replay_check import ReplayCheck
+from comply_ros.storage.file_system import in_line
+from comply_ros.terminal.console import progress_bar
+from comply_ros.terminal.training_options import guarded
 
 SHOWN = 1000  # messages between two looks of the progress bar
 
@@ -34,13 +34,13 @@ def bag_parser(program, description):
 
 def run(given):
     """Replay a bag, say what was proven, return the exit code."""
-    conversation, proof = Conversation(Bag(given.bag), given.namespace), Proof()
+    conversation, proof = DecodedMessages(Bag(given.bag), given.namespace), ReplayCheck()
     difference = None
     try:
-        for topic, said in shown(conversation, 'replay'):
-            proof.hear(topic, said)
+        for topic, msg in shown(conversation, 'replay'):
+            proof.hear(topic, msg)
         proof.end()
-    except Differs as found:
+    except ReplayDifference as found:
         difference = found
     tell_cut('replay', conversation.bag)
     return report(proof, difference)
@@ -55,7 +55,7 @@ def report(proof, difference):
               f'{each.first[1]} on, and not from its start, so what it had learned is not known; '
               f'{each.fits} answers fit their questions')
     if difference:
-        ends = type(difference) is Lacks
+        ends = type(difference) is MissingMessage
         print(f'{"not proven further" if ends else "differs"}: {difference}')
     if not proof.proven and not proof.unknown and not difference:
         raise BagError('the bag must have the answers of a learner, and has none')

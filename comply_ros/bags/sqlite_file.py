@@ -5,7 +5,7 @@ from contextlib import closing
 import sqlite3
 from urllib.parse import quote
 
-from comply_ros.bags.recorded import BagError, CutOff, in_short, Recorded
+from comply_ros.bags.bag_message import BagError, BagMessage, CutOff, in_short
 
 MAGIC = b'SQLite format 3\0'
 HEAD = 100  # bytes at the start of every sqlite3 file
@@ -13,7 +13,7 @@ HEAD = 100  # bytes at the start of every sqlite3 file
 
 def read_sqlite(path):
     """
-    Yield every `Recorded` message of a file, in the order in which it was recorded.
+    Yield every `BagMessage` message of a file, in the order in which it was recorded.
 
     Raises
     ------
@@ -59,4 +59,4 @@ def _messages(base, is_short):
             'SELECT topic_id, timestamp, data FROM messages ORDER BY id'):
         if number not in topics:
             raise CutOff(f'has a message of topic {number}, which it does not describe')
-        yield Recorded(*topics[number], time, content)
+        yield BagMessage(*topics[number], time, content)

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A page in the browser: to see a lesson, and to be its mentor."""
+"""The web page that shows a lesson and lets a person be its mentor."""

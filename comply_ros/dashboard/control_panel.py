@@ -3,7 +3,7 @@
 
 from nicegui import ui
 
-from comply_ros.dashboard.saying import asked
+from comply_ros.dashboard.notifications import asked
 
 SPEEDS = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, 0.0)
 FASTEST = 'as fast as it goes'

@@ -5,8 +5,8 @@ import time
 
 from nicegui import ui
 
-from comply_ros.dashboard.curve import Curve
-from comply_ros.dashboard.curve_drawing import curve_options
+from comply_ros.dashboard.curve_echart import curve_options
+from comply_ros.dashboard.learning_curve import Curve
 
 LEAST = 0.4  # seconds between two drawings: a chart is more work for a browser than a grid
 
@@ -39,12 +39,12 @@ class CurvePanel:
 
 def progress_words(heard):
     """Sentence on the last iteration."""
-    said = heard.progress
-    if said is None:
+    msg = heard.progress
+    if msg is None:
         return 'No iteration has ended yet.'
-    of = f' of {said.iterations}' if said.iterations else ''
-    trust = '' if said.confidence != said.confidence else f', trust {said.confidence:.2f}'
-    return f'iteration {said.iteration}{of}: mean return {said.mean_return:.2f}{trust}'
+    of = f' of {msg.iterations}' if msg.iterations else ''
+    trust = '' if msg.confidence != msg.confidence else f', trust {msg.confidence:.2f}'
+    return f'iteration {msg.iteration}{of}: mean return {msg.mean_return:.2f}{trust}'
 
 
 def level_words(optimal, mentor):

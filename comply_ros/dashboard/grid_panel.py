@@ -3,9 +3,7 @@
 
 from nicegui import ui
 
-from comply_ros.core.grid import NO_ACTION
-from comply_ros.dashboard.brush import Brush
-from comply_ros.dashboard.grid_drawing import (
+from comply_ros.dashboard.grid_svg import (
     cell_at,
     draw_advice,
     draw_cells,
@@ -14,7 +12,9 @@ from comply_ros.dashboard.grid_drawing import (
     MOST_ARROWS,
     picture_size,
 )
-from comply_ros.dashboard.saying import say_if_refused
+from comply_ros.dashboard.notifications import say_if_refused
+from comply_ros.dashboard.paint_tool import PaintTool
+from comply_ros.world.grid import NO_ACTION
 
 
 class GridPanel:
@@ -23,12 +23,12 @@ class GridPanel:
 
     Attributes
     ----------
-    brush: the `Brush` of this page.
+    brush: the `PaintTool` of this page.
 
     """
 
     def __init__(self, teacher):
-        self.brush, self._teacher = Brush(), teacher
+        self.brush, self._teacher = PaintTool(), teacher
         self._world, self._drawn, self._layers = None, {}, {}
         with ui.column().classes('panel'):
             with ui.row().classes('w-full items-center gap-3'):

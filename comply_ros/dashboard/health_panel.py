@@ -3,8 +3,8 @@
 
 from nicegui import ui
 
-from comply_ros.dashboard.watcher import EXPECTED
-from comply_ros.nodes.health import ERROR, OK, WARN
+from comply_ros.dashboard.dashboard_node import EXPECTED
+from comply_ros.nodes.diagnostics import ERROR, OK, WARN
 
 
 class HealthPanel:

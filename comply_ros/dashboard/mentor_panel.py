@@ -6,13 +6,13 @@ import secrets
 
 from nicegui import ui
 
-from comply_ros.core.advising import MentorError
-from comply_ros.core.draws import SEED_LIMIT
-from comply_ros.core.grid import ARROWS, DOWN, LEFT, NO_ACTION, RIGHT, UP
-from comply_ros.core.mentors import KINDS
-from comply_ros.core.policy import format_policy, parse_policy, PolicyError
-from comply_ros.dashboard.brush import FOLLOW
-from comply_ros.dashboard.saying import complain, say_if_refused
+from comply_ros.dashboard.notifications import complain, say_if_refused
+from comply_ros.dashboard.paint_tool import FOLLOW
+from comply_ros.mentor.advice_budget import MentorError
+from comply_ros.mentor.mentor_policies import KINDS
+from comply_ros.mentor.policy_text import format_policy, parse_policy, PolicyError
+from comply_ros.numerics.rng import SEED_LIMIT
+from comply_ros.world.grid import ARROWS, DOWN, LEFT, NO_ACTION, RIGHT, UP
 
 TOOLS = {FOLLOW: 'follow', **{a: '←→↓↑'[a] for a in range(len(ARROWS))}, NO_ACTION: 'erase'}
 KEYS = {'ArrowLeft': LEFT, 'ArrowRight': RIGHT, 'ArrowDown': DOWN, 'ArrowUp': UP}
@@ -171,7 +171,7 @@ def checked_seed(value):
 
 def trust_words(view):
     """Words on how far the learner trusted the person in the last iteration."""
-    said = view.sight.heard.progress
-    if said is None or said.confidence != said.confidence:
+    msg = view.sight.heard.progress
+    if msg is None or msg.confidence != msg.confidence:
         return 'no trust yet: no decision had advice'
-    return f'trust in you {said.confidence:.2f}'
+    return f'trust in you {msg.confidence:.2f}'

@@ -6,21 +6,21 @@ from nicegui import ui
 from comply_ros.dashboard.control_panel import ControlPanel
 from comply_ros.dashboard.curve_panel import CurvePanel
 from comply_ros.dashboard.grid_panel import GridPanel
+from comply_ros.dashboard.header_bar import HeaderBar
 from comply_ros.dashboard.health_panel import HealthPanel
 from comply_ros.dashboard.mentor_panel import MentorPanel
-from comply_ros.dashboard.settings_panel import SettingsPanel
+from comply_ros.dashboard.parameters_panel import SettingsPanel
 from comply_ros.dashboard.style import CSS
-from comply_ros.dashboard.top import Top
 
 RENEWAL = 0.1  # seconds
 
 
 def show(watcher, teacher):
-    """Build the page for one visitor; teacher: a `Teacher`, or None where nobody teaches here."""
+    """Build the page for one visitor; teacher: a `MentorThread`, or None where nobody teaches here."""
     ui.add_css(CSS)
     ui.colors(primary='#0072B2', positive='#009E73', negative='#CC3311', warning='#E69F00')
     with ui.column().classes('frame'):
-        panels = [Top()]
+        panels = [HeaderBar()]
         with ui.element('div').classes('columns'):
             with ui.column().classes('side'):
                 grid = GridPanel(teacher)

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Learning in process, without ROS: the same bits as the nodes, many times faster."""
+"""Training in one process, without ROS: train, reproduce and sweep."""

@@ -6,25 +6,25 @@ from contextlib import contextmanager
 import fcntl
 from pathlib import Path
 
-from comply_ros.core.methods import METHODS
-from comply_ros.core.planning import optimal_policy
-from comply_ros.core.policy import format_policy
-from comply_ros.core.world import World
-from comply_ros.experiments.cells import Cells
-from comply_ros.experiments.computing import complete, FigureError
-from comply_ros.experiments.drawings import DRAWINGS
-from comply_ros.experiments.figures import Mentors, report_figures
-from comply_ros.experiments.numbers import numbers_of
-from comply_ros.experiments.own_figures import own_figures
-from comply_ros.experiments.page import write_page
-from comply_ros.experiments.results_data import Results
-from comply_ros.experiments.style import save
-from comply_ros.session.interrupts import check, interrupts
-from comply_ros.session.maps import read_map
-from comply_ros.session.mentors import read_spec
-from comply_ros.session.options import guarded, MISTAKES
-from comply_ros.session.results import OutputError, prepare_folder, write_json
-from comply_ros.session.screen import console, progress_bar
+from comply_ros.experiments.extra_figures import own_figures
+from comply_ros.experiments.figure_plots import DRAWINGS
+from comply_ros.experiments.plot_style import save
+from comply_ros.experiments.report_figures import Mentors, report_figures
+from comply_ros.experiments.report_markdown import write_page
+from comply_ros.experiments.result_cache import Cells
+from comply_ros.experiments.results import Results
+from comply_ros.experiments.results_json import numbers_of
+from comply_ros.experiments.run_missing import complete, FigureError
+from comply_ros.learner.presets import METHODS
+from comply_ros.mentor.policy_text import format_policy
+from comply_ros.storage.map_files import read_map
+from comply_ros.storage.mentor_cache import read_mentor_spec
+from comply_ros.storage.run_files import OutputError, prepare_folder, write_json
+from comply_ros.terminal.console import console, progress_bar
+from comply_ros.terminal.interrupts import check, interrupts
+from comply_ros.terminal.training_options import guarded, MISTAKES
+from comply_ros.world.mdp import World
+from comply_ros.world.planning import optimal_policy
 
 
 def main(argv):
@@ -105,7 +105,7 @@ def mentors_of(given, out):
         mentors = mentors._replace(good=f'file:{folder / "mentor_1.txt"}',
                                    bad=f'file:{folder / "mentor_3.txt"}')
         for spec in (mentors.good, mentors.bad):
-            read_spec(spec)  # they must be there, whatever is drawn
+            read_mentor_spec(spec)  # they must be there, whatever is drawn
     return mentors
 
 

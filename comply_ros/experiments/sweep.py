@@ -6,13 +6,13 @@ import os
 from pathlib import Path
 import sys
 
-from comply_ros.core.method import MethodError
-from comply_ros.experiments.engines import cluster, EngineError, MEASURES, outcomes, this_machine
-from comply_ros.experiments.sweep_file import read_sweep, SweepFileError
-from comply_ros.experiments.table import Table, TableError
-from comply_ros.session.interrupts import interrupts
-from comply_ros.session.options import MISTAKES
-from comply_ros.session.screen import console, progress_bar
+from comply_ros.experiments.csv_table import Table, TableError
+from comply_ros.experiments.executors import cluster, EngineError, MEASURES, outcomes, this_machine
+from comply_ros.experiments.sweep_yaml import read_sweep, SweepFileError
+from comply_ros.learner.learner_config import ConfigError
+from comply_ros.terminal.console import console, progress_bar
+from comply_ros.terminal.interrupts import interrupts
+from comply_ros.terminal.training_options import MISTAKES
 
 WRONG = (SweepFileError, TableError, *MISTAKES)
 
@@ -69,12 +69,12 @@ def _complete(table, sweep, engine, stop):
 def _engine(given, stop):
     if given.scheduler is not None:
         if given.workers is not None:
-            raise MethodError('--workers is for this machine, a cluster has its own: leave it or '
+            raise ConfigError('--workers is for this machine, a cluster has its own: leave it or '
                               '--scheduler out')
         return cluster(given.scheduler)
     workers = os.cpu_count() if given.workers is None else given.workers
     if workers < 1:
-        raise MethodError(f'workers must be at least 1, got {workers}')
+        raise ConfigError(f'workers must be at least 1, got {workers}')
     return this_machine(workers, stop)
 
 

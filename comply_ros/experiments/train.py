@@ -5,23 +5,23 @@ from concurrent.futures import as_completed, ThreadPoolExecutor
 import os
 import time
 
-from comply_ros.core.advising import Advising
-from comply_ros.core.method import MethodError
-from comply_ros.core.planning import Yardstick
-from comply_ros.core.training import Training
-from comply_ros.core.world import World
-from comply_ros.session.ending import end_session
-from comply_ros.session.interrupts import check, interrupts
-from comply_ros.session.mentors import is_slow, mentor_policy
-from comply_ros.session.options import main_with, session_parser
-from comply_ros.session.painter import painter
-from comply_ros.session.results import save_learning
-from comply_ros.session.screen import progress_bar, words
+from comply_ros.learner.learner_config import ConfigError
+from comply_ros.learner.training import Training
+from comply_ros.mentor.advice_budget import AdviceBudget
+from comply_ros.plots.plot_process import plot_process
+from comply_ros.storage.mentor_cache import is_slow, mentor_policy
+from comply_ros.storage.run_files import save_learning
+from comply_ros.terminal.console import progress_bar, words
+from comply_ros.terminal.interrupts import check, interrupts
+from comply_ros.terminal.run_report import end_session
+from comply_ros.terminal.training_options import main_with, training_parser
+from comply_ros.world.mdp import World
+from comply_ros.world.planning import ReferenceReturns
 
 
 def main(argv):
     """Run the command; return the exit code."""
-    parser = session_parser('train', 'Learn in one process: the same bits as the nodes, faster.')
+    parser = training_parser('train', 'Learn in one process: the same bits as the nodes, faster.')
     parser.add_argument('--seeds', type=int, default=1, metavar='N',
                         help='repeat with the seeds K to K+N-1, in parallel (default: 1)')
     return main_with(parser, run, argv)
@@ -31,15 +31,15 @@ def run(options):
     """Train for every seed, write the results, return the exit code."""
     count = options.rest.seeds
     if count < 1:
-        raise MethodError(f'seeds must be at least 1, got {count}')
-    with painter() as paint:
+        raise ConfigError(f'seeds must be at least 1, got {count}')
+    with plot_process() as paint:
         return train(options, count, paint)
 
 
 def train(options, count, paint):
     """Train with that many seeds, write the results, return the exit code."""
     world = World(options.grid)
-    yardstick = Yardstick(world)  # before the learning: it finds maps without end
+    reference = ReferenceReturns(world)  # before the learning: it finds maps without end
     with interrupts() as stop, progress_bar() as bar:
         advice = make_mentor(options, world, bar, stop)
         task = bar.add_task(options.method, total=count * options.row.iterations, now='')
@@ -49,7 +49,7 @@ def train(options, count, paint):
             bar.update(task, advance=1, now=now)
         outcomes = train_all(options, world, advice, range(options.seed, options.seed + count),
                              tell, stop)
-    end_session(options, yardstick, advice, outcomes, paint)
+    end_session(options, reference, advice, outcomes, paint)
     return 0
 
 
@@ -84,12 +84,12 @@ def train_all(options, world, advice, seeds, tell, stop):
 
 def train_one(options, world, advice, seed, tell, stop):
     """
-    Return the outcome of one seed; tell is called with every `Iteration`.
+    Return the outcome of one seed; tell is called with every `IterationResult`.
 
     What the first seed of the session learned is written to `learning.npz`. An `Stop` that is
     set stops it after the iteration, without an outcome.
     """
-    mentor = Advising(world, advice, options.budget, options.advising)
+    mentor = AdviceBudget(world, advice, options.budget, options.advising)
     training = Training(world, mentor, options.row, seed)
     begin, returns, steps = time.perf_counter(), [], 0
     for _ in range(options.row.iterations):

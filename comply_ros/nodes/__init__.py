@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The only room with ROS in it: a node is a thin shell round an actor of core."""
+"""The ROS 2 nodes, one file for each executable, and what they share."""

@@ -6,19 +6,19 @@ import time
 
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from comply_ros.core.faults import fault_streams, FaultError, Faults, Wire
-from comply_ros.nodes.actor_node import PATIENCE
 from comply_ros.nodes.parameters import (
     declare,
     FAULTS,
     KEPT,
     ParameterError,
+    SafeParameterNode,
     SEED,
-    SturdyNode,
     TOPICS,
     unknown_overrides,
 )
-from comply_ros.nodes.running import run_node
+from comply_ros.nodes.protocol_node import PATIENCE
+from comply_ros.nodes.spin import run_node
+from comply_ros.protocol.channel_faults import fault_streams, FaultError, Faults, FaultyChannel
 
 LOOK = 0.1  # seconds between looks for who speaks on the topics
 TICK = 0.002  # seconds between looks at messages that are late, while there are any
@@ -29,7 +29,7 @@ class TopicError(ValueError):
     """A topic that cannot be relayed; the message names it, the rule and the types."""
 
 
-class FaultInjector(SturdyNode):
+class FaultInjectorNode(SafeParameterNode):
     """
     Says on each topic T what it hears on T/before, with faults; of any message type.
 
@@ -46,7 +46,7 @@ class FaultInjector(SturdyNode):
         faults = declare_faults(self)
         check_topics(self, names)
         self.mistake = None
-        self.wires = dict(zip(names, (Wire(faults, each)
+        self.wires = dict(zip(names, (FaultyChannel(faults, each)
                                       for each in fault_streams(seed, len(names)))))
         self._publish = {}  # functions, of the topics that are relayed
         self._told = set()  # topics that were warned of
@@ -196,4 +196,4 @@ def offered(ends, kept):
 def main(argv):
     """Run the node; return the exit code."""
     made = []  # it lives to the end, when it logs its summary
-    return run_node(lambda: made.append(FaultInjector()) or made[0], argv, (ParameterError,))
+    return run_node(lambda: made.append(FaultInjectorNode()) or made[0], argv, (ParameterError,))

@@ -7,11 +7,6 @@ import time
 
 from std_srvs.srv import SetBool, Trigger
 
-from comply_ros.core.dialogue import Action, turn
-from comply_ros.core.grid import MapError
-from comply_ros.core.problems import problem_of_description
-from comply_ros.core.world_actor import WorldActor
-from comply_ros.nodes.actor_node import ActorNode, map_words
 from comply_ros.nodes.parameters import (
     MAP,
     ParameterError,
@@ -21,31 +16,36 @@ from comply_ros.nodes.parameters import (
     sets,
     SLOWEST,
 )
-from comply_ros.nodes.running import run_node
+from comply_ros.nodes.protocol_node import map_words, ProtocolNode
+from comply_ros.nodes.spin import run_node
 from comply_ros.nodes.topics import ACTION, EPISODE, PAUSE, RESET, STATE, STEP, WORLD
-from comply_ros.session.keeping import StateError
-from comply_ros.session.maps import read_map
+from comply_ros.protocol.grid_world import GridWorld
+from comply_ros.protocol.messages import Action, step_id
+from comply_ros.protocol.validation import rejected_description
+from comply_ros.storage.map_files import read_map
+from comply_ros.storage.state_store import StateError
+from comply_ros.world.grid import MapError
 
 FIRST_PAUSE, LONGEST_PAUSE = 0.02, 5.0  # seconds before an unanswered question is said again
 
 
-class GridWorld(ActorNode):
+class GridWorldNode(ProtocolNode):
     """Describes the world, asks with a state, and moves by the action that answers."""
 
     def __init__(self, **kwargs):
         super().__init__('grid_world', **kwargs)
         name, profile, seed = (self.declare(each) for each in (MAP, PROFILE, SEED))
         grid = read_map(name, profile)
-        self.actor = WorldActor(grid, Path(name).stem, new_run(), seed, time.time())
+        self.actor = GridWorld(grid, Path(name).stem, new_run(), seed, time.time())
         kept = self.store.recall({'map': map_words(Path(name).stem, grid.sha256), 'seed': seed},
                                  (Action,))
         if kept:
             self.actor.restore(*kept)
-            self.get_logger().info(f'goes on at turn {turn(self.actor.question)}')
+            self.get_logger().info(f'goes on at turn {step_id(self.actor.question)}')
         for topic in (WORLD, STATE, EPISODE):
-            self.speaks_on(topic)
-        self.listens_to(ACTION, self.actor.hear_action)
-        self.listens_to(WORLD, self.hear_world, also_paused=True)
+            self.advertise(topic)
+        self.subscribe(ACTION, self.actor.on_action)
+        self.subscribe(WORLD, self.on_world, also_paused=True)
         for kind, service, reply in (SetBool, PAUSE, self.pause), (Trigger, STEP, self.step), \
                 (Trigger, RESET, self.reset):
             self.serves(kind, service, reply)
@@ -58,12 +58,12 @@ class GridWorld(ActorNode):
         self._pace({'rate': rate})
         self.answer(self.actor.recall())
 
-    def hear_world(self, said):
+    def on_world(self, msg):
         """Return what is to be said about another world on the same topics."""
         try:
-            return self.actor.hear_world(said)
+            return self.actor.on_world(msg)
         except ValueError as error:
-            return (problem_of_description(error),)
+            return (rejected_description(error),)
 
     def look(self):
         """Return nothing: this node leads, and repeats its question on a clock of its own."""
@@ -71,16 +71,16 @@ class GridWorld(ActorNode):
 
     def pause(self, request, response):
         """Answer the service: ask nothing any more, or go on."""
-        self.answer(self.actor.pacing.pause(request.data))
+        self.answer(self.actor.pause_gate.pause(request.data))
         response.success, response.message = True, self.words()
         return response
 
     def step(self, request, response):
         """Answer the service: let one question be asked and answered, while paused."""
-        if not self.actor.pacing.paused:
+        if not self.actor.pause_gate.paused:
             response.message = f'a step must be from a pause, and this world {self.words()}'
             return response
-        self.answer(self.actor.pacing.step())
+        self.answer(self.actor.pause_gate.step())
         response.success, response.message = True, 'one question'
         return response
 
@@ -92,7 +92,7 @@ class GridWorld(ActorNode):
 
     def words(self):
         """How it is while all is well."""
-        return 'is paused' if self.actor.pacing.paused else 'runs'
+        return 'is paused' if self.actor.pause_gate.paused else 'runs'
 
     def _pace(self, values):
         if 'rate' not in values:
@@ -101,12 +101,12 @@ class GridWorld(ActorNode):
         if self._timer:
             self.destroy_timer(self._timer)
         self._timer = self.create_timer(1.0 / rate, self._tick) if rate else None
-        self.answer(self.actor.pacing.pace(bool(rate)))
+        self.answer(self.actor.pause_gate.pace(bool(rate)))
 
     def _repeat(self):
         """Ask again what was not answered, with growing pauses; who has heard it drops it."""
-        now, opened, signs = time.monotonic(), turn(self.actor.question), self.actor.signs
-        if opened != self._open or self.actor.pacing.held or self.paused:
+        now, opened, signs = time.monotonic(), step_id(self.actor.question), self.actor.signs
+        if opened != self._open or self.actor.pause_gate.held or self.paused:
             self._since, self._wait, self._next = now, FIRST_PAUSE, now + FIRST_PAUSE
         elif signs != self._signs:  # puts nothing off: old actions without end are no answer
             self._since, self._wait = now, FIRST_PAUSE
@@ -120,7 +120,7 @@ class GridWorld(ActorNode):
             self._next = now + self._wait
 
     def _tick(self):
-        self.answer(self.actor.pacing.tick())
+        self.answer(self.actor.pause_gate.tick())
 
 
 def new_run():
@@ -144,4 +144,4 @@ def check_rate(rate):
 
 def main(argv):
     """Run the node; return the exit code."""
-    return run_node(GridWorld, argv, (ParameterError, MapError, StateError))
+    return run_node(GridWorldNode, argv, (ParameterError, MapError, StateError))

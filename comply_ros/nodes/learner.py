@@ -13,24 +13,10 @@ import numpy as np
 from rclpy.parameter import Parameter as RosParameter
 from std_srvs.srv import Trigger
 
-from comply_ros.core.compliance import confidences
-from comply_ros.core.dialogue import (
-    Answered,
-    Dropped,
-    LearnerDescription,
-    Notice,
-    Policy,
-    Progress,
-    Recommendation,
-    Trust,
-    Values,
-)
-from comply_ros.core.learner_actor import LearnerActor
-from comply_ros.core.method import FIELDS, MethodError
-from comply_ros.core.methods import find_method
-from comply_ros.core.planning import greedy, state_values
-from comply_ros.core.problems import problem_of_description
-from comply_ros.nodes.actor_node import ActorNode
+from comply_ros.learner.confidence import confidence_map
+from comply_ros.learner.learner_config import CONFIG_FIELDS, ConfigError
+from comply_ros.learner.presets import find_method
+from comply_ros.nodes.cost_throttle import CostThrottle
 from comply_ros.nodes.parameters import (
     ADVICE_TIMEOUT,
     field_parameters,
@@ -42,8 +28,8 @@ from comply_ros.nodes.parameters import (
     SEED,
     sets,
 )
-from comply_ros.nodes.pauses import Pauses
-from comply_ros.nodes.running import run_node
+from comply_ros.nodes.protocol_node import ProtocolNode
+from comply_ros.nodes.spin import run_node
 from comply_ros.nodes.topics import (
     ACTION,
     ANOTHER,
@@ -58,13 +44,27 @@ from comply_ros.nodes.topics import (
     VALUES,
     WORLD,
 )
-from comply_ros.session.keeping import StateError
-from comply_ros.session.results import save_learning
+from comply_ros.protocol.learner import Learner
+from comply_ros.protocol.messages import (
+    AnsweredObservation,
+    Ignored,
+    LearnerDescription,
+    Notice,
+    Policy,
+    Progress,
+    Recommendation,
+    Trust,
+    Values,
+)
+from comply_ros.protocol.validation import rejected_description
+from comply_ros.storage.run_files import save_learning
+from comply_ros.storage.state_store import StateError
+from comply_ros.world.planning import greedy, state_values
 
-CHANGES = {*FIELDS, REMEMBERS_ADVICE.name, ADVICE_TIMEOUT.name}  # while it runs
+CHANGES = {*CONFIG_FIELDS, REMEMBERS_ADVICE.name, ADVICE_TIMEOUT.name}  # while it runs
 
 
-class Learner(ActorNode):
+class LearnerNode(ProtocolNode):
     """Acts in every state, complying with the mentor as far as it trusts it, and learns."""
 
     def __init__(self, **kwargs):
@@ -74,42 +74,42 @@ class Learner(ActorNode):
         fields = {each.name: self.declare(each) for each in field_parameters(row)}
         method, remembers = replace(row, **fields), self.declare(REMEMBERS_ADVICE)
         self._identity = name, seed, remembers
-        self.actor = LearnerActor(method, seed, remembers, 1 + secrets.randbelow(2 ** 32 - 1))
-        self._map_pauses = Pauses(self.declare(MAP_PERIOD))
+        self.actor = Learner(method, seed, remembers, 1 + secrets.randbelow(2 ** 32 - 1))
+        self._map_pauses = CostThrottle(self.declare(MAP_PERIOD))
         self._timeout = self.declare(ADVICE_TIMEOUT)
         self._asked, self._since, self._hears_mentor, self._timer = None, 0.0, False, None
         self._restore({'method': name, **asdict(method), 'seed': seed,
                        'remembers_advice': remembers})
         for topic in (DESCRIPTION, ACTION, PROGRESS, TRUST, POLICY, VALUES):
-            self.speaks_on(topic)
+            self.advertise(topic)
         self.serves(Save, SAVE, self.save)
-        self.listens_to(WORLD, self.hear_world)
-        self.listens_to(STATE, self.hear_state)
+        self.subscribe(WORLD, self.on_world)
+        self.subscribe(STATE, self.observe)
         self._listen_to_mentor()
         sets(self, self._change, self._check_changes)
         self.serves(Trigger, RESET, self.reset)
         self._say_what_was_kept()
 
-    def hear_world(self, said):
+    def on_world(self, msg):
         """Return what is to be said about a world, and about a state that came before it."""
         turns = self.actor.turns
         try:
-            return self._in_its_world(self.actor.hear_world(said), turns)
+            return self._in_its_world(self.actor.on_world(msg), turns)
         except ValueError as error:
-            return (problem_of_description(error),)
+            return (rejected_description(error),)
 
     def look(self):
         """Return what is to be said if another world is attended to now."""
         turns = self.actor.turns
         return self._in_its_world(super().look(), turns)
 
-    def hear_state(self, said):
+    def observe(self, msg):
         """Return the action in a state, and the maps when an iteration ends."""
-        return self._with_maps(self.actor.hear_state(said))
+        return self._with_maps(self.actor.observe(msg))
 
-    def hear_recommendation(self, said):
+    def on_recommendation(self, msg):
         """Return the action in the state that waited for this advice."""
-        return self._with_maps(self.actor.hear_recommendation(said))
+        return self._with_maps(self.actor.on_recommendation(msg))
 
     def reset(self, request, response):
         """Answer the service: forget all that was learned."""
@@ -159,7 +159,7 @@ class Learner(ActorNode):
 
     def _restore(self, identity):
         """Go on from what was kept, if anything was."""
-        kept = self.store.recall(identity, (Answered, Recommendation))
+        kept = self.store.recall(identity, (AnsweredObservation, Recommendation))
         if kept:
             self.actor.restore(*kept)
             self.set_parameters([RosParameter(name, value=value)
@@ -182,7 +182,7 @@ class Learner(ActorNode):
         """Hear the mentor, and wait for it only so long, if it is needed; both can change."""
         if self.actor.method.needs_mentor() and not self._hears_mentor:
             self._hears_mentor = True
-            self.listens_to(RECOMMENDATION, self.hear_recommendation)
+            self.subscribe(RECOMMENDATION, self.on_recommendation)
         if self._timer:
             self.destroy_timer(self._timer)
         self._timer = self.create_timer(min(0.1, self._timeout / 5.0), self._stop_waiting) \
@@ -210,11 +210,11 @@ class Learner(ActorNode):
         if self.actor.described:
             self.say((self._describe(self.actor.turns),))
 
-    def _with_new_maps(self, utterances):
+    def _with_new_maps(self, outputs):
         """Return the utterances, with maps if there is something to say."""
-        return (*utterances, *self._maps(self.actor.described.run)) if utterances else ()
+        return (*outputs, *self._maps(self.actor.described.run)) if outputs else ()
 
-    def _in_its_world(self, utterances, turns):
+    def _in_its_world(self, outputs, turns):
         """
         Return the utterances, and who learns before the first answer in a run.
 
@@ -222,17 +222,17 @@ class Learner(ActorNode):
         turns: questions that were answered before.
         """
         described = self.actor.described
-        if utterances and type(utterances[0]) is Notice:
-            utterances = (utterances[0], self._describe(turns), *utterances[1:])
+        if outputs and type(outputs[0]) is Notice:
+            outputs = (outputs[0], self._describe(turns), *outputs[1:])
         if self.store.keeper is None or described is None:
-            return utterances
+            return outputs
         if self._home not in (None, described.sha256):
             self.mistake = StateError(
                 f'state_dir keeps what was learned in another world than {described.name!r}, '
                 f'which is here now: give another state_dir to begin anew')
             return ()
         self._home = described.sha256
-        return utterances
+        return outputs
 
     def _stop_waiting(self):
         """Go on without advice where the mentor has been silent for too long."""
@@ -240,7 +240,7 @@ class Learner(ActorNode):
         if asked is not self._asked or asked is None or self.paused:
             self._asked, self._since = asked, now
         elif now - self._since >= self._timeout:
-            self.answer((Dropped('no advice in time', f'no recommendation came within '
+            self.answer((Ignored('no advice in time', f'no recommendation came within '
                                  f'{self._timeout} s: goes on as without advice'),
                          *self._with_maps(self.actor.go_without_advice())))
 
@@ -248,23 +248,23 @@ class Learner(ActorNode):
         self.get_logger().info(f'finished {self.actor.method.iterations} iterations, '
                                f'digest {self.actor.memory.digest()}')
 
-    def _with_maps(self, utterances):
+    def _with_maps(self, outputs):
         """Return the utterances, with maps after a `Progress` if they are due."""
-        if not utterances or type(utterances[-1]) is not Progress:
-            return utterances
-        progress = utterances[-1]
+        if not outputs or type(outputs[-1]) is not Progress:
+            return outputs
+        progress = outputs[-1]
         if progress.finished:
             self._tell_finished()
         elif not self._map_pauses.over():
-            return utterances
-        return (*utterances, *self._maps(progress.run))
+            return outputs
+        return (*outputs, *self._maps(progress.run))
 
-    def say(self, utterances):
+    def say(self, outputs):
         """Publish, or log, each of the tuples; what maps cost puts the next ones off."""
-        if utterances and type(utterances[-1]) is Policy:
-            self._map_pauses.timed(super().say, utterances)
+        if outputs and type(outputs[-1]) is Policy:
+            self._map_pauses.timed(super().say, outputs)
         else:
-            super().say(utterances)
+            super().say(outputs)
 
     def _maps(self, run):
         """Return what is said on `trust` and `policy`."""
@@ -273,7 +273,7 @@ class Learner(ActorNode):
     def _make_maps(self, run):
         world, memory = self.actor.world, self.actor.memory
         shape = run, world.grid.width, world.grid.height
-        trust = confidences(self.actor.method, memory, self.actor.advice_heard())
+        trust = confidence_map(self.actor.method, memory, self.actor.advice_heard())
         return (Trust(*shape, array('f', trust.astype(np.float32).tobytes())),
                 Policy(*shape, array('b', greedy(memory.q, world.free).tobytes())),
                 Values(*shape, array('d', state_values(memory.q, world.free).tobytes())),
@@ -290,4 +290,4 @@ class Learner(ActorNode):
 
 def main(argv):
     """Run the node; return the exit code."""
-    return run_node(Learner, argv, (ParameterError, MethodError, StateError))
+    return run_node(LearnerNode, argv, (ParameterError, ConfigError, StateError))

@@ -16,18 +16,18 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 import yaml
 
-from comply_ros.core.method import FIELDS, MethodError
-from comply_ros.core.planning import Yardstick
-from comply_ros.core.world import World
-from comply_ros.nodes.observer import LessonFailed, Observer, TAKEN
+from comply_ros.learner.learner_config import CONFIG_FIELDS, ConfigError
+from comply_ros.nodes.node_processes import NodeDied, NodeProcess
 from comply_ros.nodes.parameters import FASTEST, SLOWEST
-from comply_ros.nodes.processes import NodeDied, NodeProcess
+from comply_ros.nodes.run_monitor import LessonFailed, RunMonitor, TAKEN
 from comply_ros.nodes.topics import ANOTHER
-from comply_ros.session.ending import end_session
-from comply_ros.session.interrupts import check, interrupts
-from comply_ros.session.options import main_with, session_parser
-from comply_ros.session.painter import paint_here
-from comply_ros.session.screen import progress_bar, words
+from comply_ros.plots.plot_process import plot_in_process
+from comply_ros.terminal.console import progress_bar, words
+from comply_ros.terminal.interrupts import check, interrupts
+from comply_ros.terminal.run_report import end_session
+from comply_ros.terminal.training_options import main_with, training_parser
+from comply_ros.world.mdp import World
+from comply_ros.world.planning import ReferenceReturns
 
 NODES = ('grid_world', 'mentor', 'learner')
 LOOK = 0.1  # seconds between looks at whether the nodes live
@@ -38,7 +38,7 @@ DISCOVERY = 1.0  # seconds in which others on the same topics are found
 
 def parameters(options):
     """Parameters of the three nodes, as a table for a parameter file."""
-    row = {name: getattr(options.row, name) for name in FIELDS}
+    row = {name: getattr(options.row, name) for name in CONFIG_FIELDS}
     common = {'profile': options.profile, 'seed': options.seed}
     keeps = {'state_dir': str((options.out / STATE).resolve())} if options.rest.respawn else {}
     return {
@@ -94,7 +94,7 @@ def running(options):
 
 def lesson_parser():
     """`ArgumentParser` of a lesson."""
-    parser = session_parser('lesson', 'Teach a learner over topics, in three processes.')
+    parser = training_parser('lesson', 'Teach a learner over topics, in three processes.')
     parser.add_argument('--namespace', default='', metavar='NAME',
                         help='of the three nodes, for a second lesson at the same time')
     parser.add_argument('--rate', type=float, default=0.0, metavar='HZ',
@@ -112,18 +112,18 @@ def main(argv):
 def run(options):
     """Hold the lesson, write the results, return the exit code."""
     if options.rest.rate and not SLOWEST <= options.rest.rate <= FASTEST:
-        raise MethodError(f'rate must be 0 or lie in [{SLOWEST}, {FASTEST}], '
+        raise ConfigError(f'rate must be 0 or lie in [{SLOWEST}, {FASTEST}], '
                           f'got {options.rest.rate:g}')
     if not re.fullmatch(r'(/?[A-Za-z_]\w*)*', options.rest.namespace):
-        raise MethodError('a namespace is made of letters, digits, _ and /, '
+        raise ConfigError('a namespace is made of letters, digits, _ and /, '
                           f'got {options.rest.namespace!r}')
-    yardstick = Yardstick(World(options.grid))  # before the learning: it finds maps without end
+    reference = ReferenceReturns(World(options.grid))  # before the learning: it finds maps without end
     try:
         advice, outcome = hold(options)
     except (NodeDied, LessonFailed) as failure:
         print(f'lesson: {failure}', file=sys.stderr)
         return 1
-    end_session(options, yardstick, advice, [outcome], paint_here)
+    end_session(options, reference, advice, [outcome], plot_in_process)
     return 0
 
 
@@ -150,9 +150,9 @@ def hold(options, disturbing=nullcontext):
 def _hold(options, stop, disturbing):
     with progress_bar() as bar:
         task = bar.add_task(options.method, total=options.row.iterations, now='looks around')
-        observer = Observer(options.rest.namespace, options.grid, lambda said: bar.update(
-            task, completed=said.iteration,
-            now=words(said.mean_return, said.confidence, observer.rate())))
+        observer = RunMonitor(options.rest.namespace, options.grid, lambda msg: bar.update(
+            task, completed=msg.iteration,
+            now=words(msg.mean_return, msg.confidence, observer.rate())))
         executor = SingleThreadedExecutor()
         executor.add_node(observer)
         make_sure_to_be_alone(observer, executor, stop)
@@ -218,7 +218,7 @@ def watch(options, observer, executor, processes, stop, tell):
     seconds = time.monotonic() - observer.began
     saved = save(observer, (options.out / 'learning.npz').resolve(), spin_until)
     return observer.advice, {
-        'seed': options.seed, 'returns': [said.mean_return for said in observer.progress],
+        'seed': options.seed, 'returns': [msg.mean_return for msg in observer.progress],
         'steps': observer.progress[-1].steps, 'wall_seconds': seconds, 'digest': saved.digest}
 
 

@@ -8,14 +8,8 @@ from threading import Thread
 
 from comply_msgs.srv import Recommend
 
-from comply_ros.core.dialogue import Action, Policy, StateReward
-from comply_ros.core.grid import NO_ACTION
-from comply_ros.core.mentor_actor import MentorActor
-from comply_ros.core.mentors import MentorError
-from comply_ros.core.planning import PlanningError
-from comply_ros.core.policy import PolicyError
-from comply_ros.core.problems import problem_of_description
-from comply_ros.nodes.actor_node import ActorNode, map_words
+from comply_ros.mentor.mentor_policies import MentorError
+from comply_ros.mentor.policy_text import PolicyError
 from comply_ros.nodes.parameters import (
     ADVISING,
     BUDGET,
@@ -23,7 +17,8 @@ from comply_ros.nodes.parameters import (
     MENTOR_SEED,
     ParameterError,
 )
-from comply_ros.nodes.running import run_node
+from comply_ros.nodes.protocol_node import map_words, ProtocolNode
+from comply_ros.nodes.spin import run_node
 from comply_ros.nodes.topics import (
     ACTION,
     MENTOR_POLICY,
@@ -32,50 +27,55 @@ from comply_ros.nodes.topics import (
     STATE,
     WORLD,
 )
-from comply_ros.session.keeping import StateError
-from comply_ros.session.mentors import is_slow, mentor_policy, read_spec
+from comply_ros.protocol.mentor import Mentor
+from comply_ros.protocol.messages import Action, Policy, StateReward
+from comply_ros.protocol.validation import rejected_description
+from comply_ros.storage.mentor_cache import is_slow, mentor_policy, read_mentor_spec
+from comply_ros.storage.state_store import StateError
+from comply_ros.world.grid import NO_ACTION
+from comply_ros.world.planning import PlanningError
 
 POLL = 0.02  # seconds between looks at a mentor that is being generated
 
 
-class Mentor(ActorNode):
+class MentorNode(ProtocolNode):
     """Recommends an action in every state, by a policy made for the world that is described."""
 
     def __init__(self, **kwargs):
         super().__init__('mentor', **kwargs)
         self._mentor, self._seed = self.declare(MENTOR), self.declare(MENTOR_SEED)
-        self._spec = read_spec(self._mentor)
-        self.actor = MentorActor(self.declare(BUDGET), self.declare(ADVISING))
+        self._spec = read_mentor_spec(self._mentor)
+        self.actor = Mentor(self.declare(BUDGET), self.declare(ADVISING))
         self._generated, self._poll, self._mapped = None, None, None
         for topic in (RECOMMENDATION, MENTOR_POLICY):
-            self.speaks_on(topic)
+            self.advertise(topic)
         self.serves(Recommend, RECOMMEND, recommends(self.actor))
-        self.listens_to(WORLD, self.hear_world)
-        self.listens_to(STATE, self.actor.hear_state)
+        self.subscribe(WORLD, self.on_world)
+        self.subscribe(STATE, self.actor.observe)
         if self.actor.watches:
-            self.listens_to(ACTION, self.actor.hear_action)
+            self.subscribe(ACTION, self.actor.on_action)
 
-    def hear_world(self, said):
+    def on_world(self, msg):
         """Return what is to be said about a world; begin to make a policy if one is due."""
         try:
-            return self._with_map(self.actor.hear_world(said))
+            return self._with_map(self.actor.on_world(msg))
         except ValueError as error:
-            return (problem_of_description(error),)
+            return (rejected_description(error),)
 
     def look(self):
         """Return what is to be said if another world is attended to now."""
         return self._with_map(super().look())
 
-    def _with_map(self, utterances):
+    def _with_map(self, outputs):
         """Return the utterances, with the map of all advice if there is a new run."""
         described = self.actor.described
         if described is None or described.run == self._mapped:
-            return utterances
+            return outputs
         self._mapped = described.run
         if self.actor.policy is None:
             self._make_policy()
-            return utterances
-        return (self._map_of_advice(), *utterances, *self.actor.hear_held())
+            return outputs
+        return (self._map_of_advice(), *outputs, *self.actor.release_held())
 
     def _make_policy(self):
         """Begin to make a policy in the background for the world that is attended to."""
@@ -96,12 +96,12 @@ class Mentor(ActorNode):
             return
         policy = self._generated.result()
         try:
-            utterances = self.actor.use(policy, self._kept(policy))
+            outputs = self.actor.use(policy, self._kept(policy))
         except StateError as error:
             self.mistake = error
             return
         self.get_logger().info(f'advises in world {self.actor.described.name!r}')
-        self.answer((self._map_of_advice(), *utterances))
+        self.answer((self._map_of_advice(), *outputs))
 
     def _kept(self, policy):
         """Return what was kept of this mentor, None where nothing was or has to be."""
@@ -150,5 +150,5 @@ def in_background(function, *arguments):
 
 def main(argv):
     """Run the node; return the exit code."""
-    return run_node(Mentor, argv, (ParameterError, MentorError, PolicyError, PlanningError,
+    return run_node(MentorNode, argv, (ParameterError, MentorError, PolicyError, PlanningError,
                                    StateError))

@@ -15,11 +15,11 @@ from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValu
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 
-from comply_ros.core.advising import WHENS, WITHOUT_LIMIT
-from comply_ros.core.draws import SEED_LIMIT
-from comply_ros.core.faults import Faults
-from comply_ros.core.method import FIELDS
-from comply_ros.core.methods import METHODS
+from comply_ros.learner.learner_config import CONFIG_FIELDS
+from comply_ros.learner.presets import METHODS
+from comply_ros.mentor.advice_budget import ADVISING_MODES, UNLIMITED
+from comply_ros.numerics.rng import SEED_LIMIT
+from comply_ros.protocol.channel_faults import Faults
 
 
 class ParameterError(ValueError):
@@ -39,10 +39,10 @@ class Parameter(NamedTuple):
 
 
 def field_parameters(method):
-    """Parameters of the learner for every field of `Method`, with that row's values."""
+    """Parameters of the learner for every field of `LearnerConfig`, with that row's values."""
     return [Parameter(name, getattr(method, name), row.metadata['text'], row.metadata['low'],
                       row.metadata['high'], row.metadata.get('choices'), changes=True)
-            for name, row in FIELDS.items()]
+            for name, row in CONFIG_FIELDS.items()]
 
 
 MAP = Parameter('map', 'maze', 'Name of a map that comes with the package, or a file')
@@ -60,12 +60,12 @@ MENTOR = Parameter(
     'mentor', 'snapshot:0.75', 'optimal, random, adversarial, noisy:P, snapshot:Q, file:PATH '
     'or none; with @C behind it, in a share C of the states only')
 BUDGET = Parameter(
-    'budget', WITHOUT_LIMIT, 'Recommendations that the mentor has to give; 0: no limit', 0,
+    'budget', UNLIMITED, 'Recommendations that the mentor has to give; 0: no limit', 0,
     1_000_000_000)
 ADVISING = Parameter(
     'advising', 'early', 'With a budget, when it gives one: in the first states, where much '
     'depends on it, or where the learner did something else the last time (then the learner '
-    'needs remembers_advice false)', choices=WHENS)
+    'needs remembers_advice false)', choices=ADVISING_MODES)
 MENTOR_SEED = Parameter(
     'seed', 0, 'Which one of the mentors of this kind', 0, SEED_LIMIT)
 MAP_PERIOD = Parameter(
@@ -122,7 +122,7 @@ OURS = (MAP, PROFILE, SEED, RATE, METHOD, MENTOR, BUDGET, ADVISING, MAP_PERIOD,
 ROS = {'use_sim_time', 'start_type_description_service'}
 
 
-class SturdyNode(Node):
+class SafeParameterNode(Node):
     """A node that lives on when its parameters are set to a type that there is not."""
 
     def create_service(self, kind, name, reply, **settings):
@@ -214,7 +214,7 @@ def descriptor(parameter):
 def unknown_overrides(node):
     """Names that were given a value, on the command line or in a file, but mean nothing here."""
     given = getattr(node, '_parameter_overrides', {})
-    ours = {parameter.name for parameter in OURS} | set(FIELDS) | ROS
+    ours = {parameter.name for parameter in OURS} | set(CONFIG_FIELDS) | ROS
     return [name for name in given
             if name not in ours and ('.' not in name or name.partition('.')[0] in ours)]
 

@@ -8,18 +8,18 @@ from ament_index_python import get_package_share_directory
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from comply_ros.bags.writing import BagWriter, latched
+from comply_ros.bags.bag_writer import BagWriter, latched
 from comply_ros.nodes import topics
-from comply_ros.nodes.health import TOPIC as DIAGNOSTICS
+from comply_ros.nodes.diagnostics import TOPIC as DIAGNOSTICS
 from comply_ros.nodes.parameters import (
     BAG,
     declare,
     ParameterError,
-    SturdyNode,
+    SafeParameterNode,
     unknown_overrides,
 )
-from comply_ros.nodes.running import run_node
-from comply_ros.session.disk import in_line
+from comply_ros.nodes.spin import run_node
+from comply_ros.storage.file_system import in_line
 
 TOPICS = tuple(each for each in vars(topics).values() if isinstance(each, topics.Topic))
 DEPTH = 10_000  # messages of a topic that may wait to be written: four seconds at full speed
@@ -32,7 +32,7 @@ class RecordError(RuntimeError):
     """A bag that cannot be written; the message names it and the reason."""
 
 
-class Recorder(SturdyNode):
+class RecordNode(SafeParameterNode):
     """
     Writes all that is said, as it comes over the wire, without looking into it.
 
@@ -134,4 +134,4 @@ def definitions():
 
 def main(argv):
     """Run the node; return the exit code."""
-    return run_node(Recorder, argv, (ParameterError, RecordError))
+    return run_node(RecordNode, argv, (ParameterError, RecordError))

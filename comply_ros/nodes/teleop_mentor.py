@@ -6,16 +6,16 @@ import signal
 
 from rclpy.logging import LoggingSeverity
 
-from comply_ros.core.grid import NO_ACTION, STEPS
-from comply_ros.core.mentors import MentorError
+from comply_ros.mentor.mentor_policies import MentorError
+from comply_ros.nodes.human_mentor import HumanMentorNode
 from comply_ros.nodes.parameters import MENTOR, MENTOR_SEED, ParameterError, POLICY_FILE
-from comply_ros.nodes.person import PersonMentor
-from comply_ros.nodes.running import run_node
+from comply_ros.nodes.spin import run_node
 from comply_ros.nodes.topics import TRUST
-from comply_ros.session.keeping import StateError
-from comply_ros.session.mentors import read_spec
-from comply_ros.session.terminal import Terminal, TerminalError
-from comply_ros.session.text_map import map_lines
+from comply_ros.storage.mentor_cache import read_mentor_spec
+from comply_ros.storage.state_store import StateError
+from comply_ros.terminal.ansi_map import map_lines
+from comply_ros.terminal.raw_terminal import Terminal, TerminalError
+from comply_ros.world.grid import NO_ACTION, STEPS
 
 WORDS = ('left', 'right', 'down', 'up')
 LETTERS = dict(zip('adsw', range(4)))
@@ -30,7 +30,7 @@ HINT = ('(The learner waits for you in every step if its remembers_advice is fal
         'where you said nothing yet.)')
 
 
-class TeleopMentor(PersonMentor):
+class TeleopMentorNode(HumanMentorNode):
     """
     A mentor whose person sits at a terminal.
 
@@ -44,12 +44,12 @@ class TeleopMentor(PersonMentor):
         super().__init__(**kwargs)
         self.get_logger().set_level(LoggingSeverity.ERROR)  # the page says the rest
         self._spec = self.declare(MENTOR._replace(default='none'))
-        read_spec(self._spec)  # what cannot be is said before the page is there
+        read_mentor_spec(self._spec)  # what cannot be is said before the page is there
         self._mentor_seed, self._file = self.declare(MENTOR_SEED), self.declare(POLICY_FILE)
         self._trust, self._cursor, self._remark, self._begun = None, None, '', False
         self.steering = True
-        self.listens_to(TRUST, self._hear_trust)
-        self.create_timer(0.02, self._hear_keys)
+        self.subscribe(TRUST, self._on_trust)
+        self.create_timer(0.02, self._read_keys)
         self.create_timer(0.1, self._draw)
         self.create_timer(2.0, terminal.show_again)
         self._terminal = terminal
@@ -122,14 +122,14 @@ class TeleopMentor(PersonMentor):
             self._cursor = y * grid.width + x
         return None
 
-    def _hear_trust(self, said):
+    def _on_trust(self, msg):
         """Take the confidence in every state, if it is of the world that is here."""
         world = self.actor.described
-        if world and said.run == world.run and len(said.confidence) == world.width * world.height:
-            self._trust = said.run, said.confidence
+        if world and msg.run == world.run and len(msg.confidence) == world.width * world.height:
+            self._trust = msg.run, msg.confidence
         return ()
 
-    def _hear_keys(self):
+    def _read_keys(self):
         try:
             keys = self._terminal.keys()
         except EOFError:
@@ -155,7 +155,7 @@ class TeleopMentor(PersonMentor):
 
     def _words(self):
         """Return how it is, in two or three lines."""
-        waits, robot, left = self.actor.waits_for(), self.actor.robot, self.seconds_left
+        waits, robot, left = self.actor.waiting_for(), self.actor.robot, self.seconds_left
         yield (f'mode: {"steering" if self.steering else "painting"}'
                + (f'   waits for {waits}' if waits else ''))
         if robot:
@@ -179,16 +179,16 @@ class TeleopMentor(PersonMentor):
         mean = f', {sum(advised) / len(advised):.2f} where you advise' if advised else ''
         return f'trust in you: {confidence[state]:.2f} here{mean}'
 
-    def _warn(self, said):
-        super()._warn(said)
-        self._remark = f'refused: {said.reason}'
+    def _warn(self, msg):
+        super()._warn(msg)
+        self._remark = f'refused: {msg.reason}'
 
-    def _tell(self, said):
-        super()._tell(said)
-        self._remark = said.text
+    def _tell(self, msg):
+        super()._tell(msg)
+        self._remark = msg.text
 
 
 def main(argv):
     """Run the node; return the exit code."""
-    return run_node(lambda: TeleopMentor(Terminal()), argv,
+    return run_node(lambda: TeleopMentorNode(Terminal()), argv,
                     (ParameterError, MentorError, StateError, TerminalError))

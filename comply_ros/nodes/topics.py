@@ -6,13 +6,13 @@ from typing import NamedTuple
 from comply_msgs import msg
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from comply_ros.core import dialogue
+from comply_ros.protocol import messages
 
 # One question is open at a time, so only the newest message counts; it stays for who comes late.
 LATCHED = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE,
                      durability=DurabilityPolicy.TRANSIENT_LOCAL)
 # Reports follow each other; who comes late gets the last thousand.
-REPORTED = QoSProfile(depth=dialogue.REPORTS, reliability=ReliabilityPolicy.RELIABLE,
+REPORTED = QoSProfile(depth=messages.REPORTS, reliability=ReliabilityPolicy.RELIABLE,
                       durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
@@ -21,13 +21,13 @@ class Topic(NamedTuple):
 
     name: str
     message: type
-    said: type
+    tuple_type: type
     qos: QoSProfile
 
 
 def _topic(name, qos):
-    said = dialogue.SPOKEN[name]
-    return Topic(name, getattr(msg, said.__name__), said, qos)
+    tuple_type = messages.TOPIC_TYPES[name]
+    return Topic(name, getattr(msg, tuple_type.__name__), tuple_type, qos)
 
 
 WORLD = _topic('world', LATCHED)
@@ -51,16 +51,16 @@ ANOTHER = 'another learner is meant'  # what it says to who means another
 
 def decoder(topic):
     """Return a function from a message to its tuple."""
-    said, names = topic.said, topic.said._fields
-    return lambda message: said(*[getattr(message, name) for name in names])
+    tuple_type, names = topic.tuple_type, topic.tuple_type._fields
+    return lambda message: tuple_type(*[getattr(message, name) for name in names])
 
 
 def encoder(topic):
     """Return a function from a tuple to its message: always the same object, filled anew."""
-    message, names = topic.message(), topic.said._fields
+    message, names = topic.message(), topic.tuple_type._fields
 
-    def encode(said):
-        for name, value in zip(names, said):
+    def encode(values):
+        for name, value in zip(names, values):
             setattr(message, name, value)
         return message
     return encode

@@ -9,12 +9,7 @@ from rclpy.serialization import deserialize_message
 from std_msgs.msg import Float64
 from visualization_msgs.msg import Marker
 
-from comply_ros.core import drawing, scene
-from comply_ros.core.dialogue import Notice, REPORTS
-from comply_ros.core.problems import problem_of_description
-from comply_ros.core.scene import refused_map, Scene
-from comply_ros.nodes import topics, views
-from comply_ros.nodes.actor_node import PATIENCE
+from comply_ros.nodes import topics, viewer_messages
 from comply_ros.nodes.parameters import (
     CELL_SIZE,
     declare,
@@ -22,29 +17,35 @@ from comply_ros.nodes.parameters import (
     MAP_RATE,
     ParameterError,
     ROBOT_RATE,
-    SturdyNode,
+    SafeParameterNode,
     TRAIL_LENGTH,
     unknown_overrides,
 )
-from comply_ros.nodes.running import run_node
+from comply_ros.nodes.protocol_node import PATIENCE
+from comply_ros.nodes.spin import run_node
+from comply_ros.plots import viewer_geometry
+from comply_ros.protocol import viewer_state
+from comply_ros.protocol.messages import Notice, REPORTS
+from comply_ros.protocol.validation import rejected_description
+from comply_ros.protocol.viewer_state import refused_map, ViewerState
 
 # Never a reason for the world to send again: what is lost is not seen.
 OVERHEARD = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT,
                        durability=DurabilityPolicy.VOLATILE)
 MOST_STATES = 40_000  # of a world that is drawn with a marker in every state
-GREY, INK = views.rgba((0.6, 0.6, 0.6)), views.rgba((0.13, 0.13, 0.13))
-GOLD, BLUE = views.rgba((0.9, 0.62, 0.0)), views.rgba((0.0, 0.45, 0.7), 0.35)
-TRUST_COLOURS = views.colours_of(drawing.TRUST_SCALE)
-VALUE_COLOURS = views.colours_of(drawing.VALUE_SCALE, 0.85)
+GREY, INK = viewer_messages.rgba((0.6, 0.6, 0.6)), viewer_messages.rgba((0.13, 0.13, 0.13))
+GOLD, BLUE = viewer_messages.rgba((0.9, 0.62, 0.0)), viewer_messages.rgba((0.0, 0.45, 0.7), 0.35)
+TRUST_COLOURS = viewer_messages.colours_of(viewer_geometry.TRUST_SCALE)
+VALUE_COLOURS = viewer_messages.colours_of(viewer_geometry.VALUE_SCALE, 0.85)
 
 
-class Viewer(SturdyNode):
+class ViewerNode(SafeParameterNode):
     """
     Listens, and publishes what changed on timers of its own; nothing waits for it.
 
     Attributes
     ----------
-    scene: the `Scene`, what it knows.
+    scene: the `ViewerState`, what it knows.
     mistake: None; an exception here would end the node.
 
     """
@@ -54,11 +55,11 @@ class Viewer(SturdyNode):
         self._frame, self._cell = declare(self, FRAME), declare(self, CELL_SIZE)
         check_frame(self._frame)
         self._longest = declare(self, TRAIL_LENGTH)
-        self.scene, self.mistake = Scene(self._longest), None
+        self.scene, self.mistake = ViewerState(self._longest), None
         self._told, self._waited, self._angle = set(), 0, 0.0
         self._states = deque(maxlen=max(self._longest, 2))  # as bytes: few of them are looked at
         self._publish = {view: self.create_publisher(view.message, view.name, view.qos).publish
-                         for view in views.VIEWS}
+                         for view in viewer_messages.VIEWS}
         self._listen()
         for parameter, show in ((ROBOT_RATE, self._show_robot), (MAP_RATE, self._show_maps)):
             self.create_timer(1.0 / declare(self, parameter), show)
@@ -73,11 +74,11 @@ class Viewer(SturdyNode):
             lambda message: self._states.append(message), OVERHEARD, raw=True)
         self._returns = {topic.name: deque(maxlen=REPORTS)
                          for topic in (topics.EPISODE, topics.PROGRESS)}
-        self._hear_on(topics.WORLD, self._hear_world)
+        self._hear_on(topics.WORLD, self._on_world)
         for topic in (topics.EPISODE, topics.PROGRESS):
             self._hear_on(topic, self._returns[topic.name].append)
         for topic in (topics.TRUST, topics.MENTOR_POLICY, topics.POLICY, topics.VALUES):
-            self._hear_on(topic, partial(self.scene.hear_map, topic.name))
+            self._hear_on(topic, partial(self.scene.on_state_map, topic.name))
         self._shown = set()
 
     def _hear_on(self, topic, hear):
@@ -85,39 +86,39 @@ class Viewer(SturdyNode):
         self.create_subscription(topic.message, topic.name,
                                  lambda message: hear(decode(message)), topic.qos)
 
-    def _hear_world(self, said):
+    def _on_world(self, msg):
         try:
-            self._tell(self.scene.hear_world(said))
+            self._tell(self.scene.on_world(msg))
         except ValueError as error:
-            self._tell((problem_of_description(error),))
+            self._tell((rejected_description(error),))
 
     def _tell(self, remarks):
         """Log what is to be known; what was refused once for each kind."""
-        for said in remarks:
-            if type(said) is Notice:
-                self.get_logger().info(said.text)
-            elif said.kind not in self._told:
-                self._told.add(said.kind)
-                self.get_logger().warning(f'refused: {said.reason} (told once)')
+        for msg in remarks:
+            if type(msg) is Notice:
+                self.get_logger().info(msg.text)
+            elif msg.kind not in self._told:
+                self._told.add(msg.kind)
+                self.get_logger().warning(f'refused: {msg.reason} (told once)')
 
     def _look(self):
         """Once a second: turn to another world if this one is gone; say what is missing."""
         self._tell(self.scene.look())
-        self._waited = self._waited + 1 if self.scene.waits_for() else 0
+        self._waited = self._waited + 1 if self.scene.waiting_for() else 0
         if self._waited == PATIENCE:
-            self.get_logger().warning(f'waits for {self.scene.waits_for()}')
+            self.get_logger().warning(f'waits for {self.scene.waiting_for()}')
 
     def _show_robot(self):
         """Publish where the robot is and was in this episode, and the returns that came."""
-        for said in self._newest_states():
-            self._tell(self.scene.hear_state(said))
+        for msg in self._newest_states():
+            self._tell(self.scene.observe(msg))
         if self.scene.world is None:
             return
-        if scene.ROBOT in self.scene.changed and self.scene.trail:
-            self.scene.changed.discard(scene.ROBOT)
+        if viewer_state.ROBOT in self.scene.changed and self.scene.trail:
+            self.scene.changed.discard(viewer_state.ROBOT)
             self._publish_robot()
-        self._publish_returns(topics.EPISODE, views.EPISODE_RETURN, 'total_reward')
-        self._publish_returns(topics.PROGRESS, views.MEAN_RETURN, 'mean_return')
+        self._publish_returns(topics.EPISODE, viewer_messages.EPISODE_RETURN, 'total_reward')
+        self._publish_returns(topics.PROGRESS, viewer_messages.MEAN_RETURN, 'mean_return')
 
     def _newest_states(self):
         """Return the states that came since the last time, from the last start on."""
@@ -130,42 +131,42 @@ class Viewer(SturdyNode):
 
     def _publish_robot(self):
         trail, width = self.scene.trail, self.scene.world.grid.width
-        header = views.header_of(self, self._frame)
+        header = viewer_messages.header_of(self, self._frame)
         if len(trail) > 1:
-            self._angle = drawing.heading(*trail[-2:], width)
-        place = drawing.middles(trail[-1], width, self._cell)
-        self._publish[views.ROBOT](views.pose(header, place, self._angle))
-        self._publish[views.TRAIL](views.path(header, trail, width, self._cell))
+            self._angle = viewer_geometry.heading(*trail[-2:], width)
+        place = viewer_geometry.middles(trail[-1], width, self._cell)
+        self._publish[viewer_messages.ROBOT](viewer_messages.pose(header, place, self._angle))
+        self._publish[viewer_messages.TRAIL](viewer_messages.path(header, trail, width, self._cell))
 
     def _publish_returns(self, topic, view, field):
         """Publish each return of this run; of those that were latched, only the last."""
-        said = [each for each in self._returns[topic.name] if each.run == self.scene.run]
+        msg = [each for each in self._returns[topic.name] if each.run == self.scene.run]
         self._returns[topic.name].clear()
-        for each in said if view in self._shown else said[-1:]:
+        for each in msg if view in self._shown else msg[-1:]:
             self._publish[view](Float64(data=getattr(each, field)))
             self._shown.add(view)
 
     def _show_maps(self):
         """Publish the maps and markers that changed."""
-        changed = self.scene.changed - {scene.ROBOT}
+        changed = self.scene.changed - {viewer_state.ROBOT}
         self.scene.changed -= changed
         if self.scene.world is None or not changed:
             return
-        header = views.header_of(self, self._frame)
-        known = {name: self._map(name) for name in scene.MAPS}
-        if scene.WORLD in changed:
+        header = viewer_messages.header_of(self, self._frame)
+        known = {name: self._map(name) for name in viewer_state.MAPS}
+        if viewer_state.WORLD in changed:
             self._publish_world(header)
-        if scene.TRUST in changed:
-            self._publish_trust(header, known[scene.TRUST])
+        if viewer_state.TRUST in changed:
+            self._publish_trust(header, known[viewer_state.TRUST])
         if len(self.scene.world.free) > MOST_STATES:
             self._say_too_large()
             return
-        if {scene.TRUST, scene.MENTOR} & changed:
-            self._publish_mentor(header, known[scene.MENTOR], known[scene.TRUST])
-        if scene.POLICY in changed:
-            self._publish_policy(header, known[scene.POLICY])
-        if scene.VALUES in changed:
-            self._publish_values(header, known[scene.VALUES])
+        if {viewer_state.TRUST, viewer_state.MENTOR} & changed:
+            self._publish_mentor(header, known[viewer_state.MENTOR], known[viewer_state.TRUST])
+        if viewer_state.POLICY in changed:
+            self._publish_policy(header, known[viewer_state.POLICY])
+        if viewer_state.VALUES in changed:
+            self._publish_values(header, known[viewer_state.VALUES])
 
     def _map(self, name):
         """Return a map, None where there is none, or none that can be right."""
@@ -185,64 +186,64 @@ class Viewer(SturdyNode):
     def _publish_world(self, header):
         """Publish the map, and markers at goals and starts."""
         world, cell = self.scene.world, self._cell
-        self._publish[views.MAP](views.occupancy_grid(
-            header, world.grid, cell, drawing.occupancy(world)))
-        goals = drawing.middles(world.terminal.nonzero()[0], world.grid.width, cell)
-        starts = drawing.middles(world.starts, world.grid.width, cell)
+        self._publish[viewer_messages.MAP](viewer_messages.occupancy_grid(
+            header, world.grid, cell, viewer_geometry.occupancy(world)))
+        goals = viewer_geometry.middles(world.terminal.nonzero()[0], world.grid.width, cell)
+        starts = viewer_geometry.middles(world.starts, world.grid.width, cell)
         few = starts if len(starts) <= 16 else starts[:0]
-        self._publish[views.PLACES](views.markers(
-            views.nothing(header),
-            views.marker(header, 'goals', Marker.SPHERE_LIST, goals, 0.0, GOLD,
+        self._publish[viewer_messages.PLACES](viewer_messages.markers(
+            viewer_messages.nothing(header),
+            viewer_messages.marker(header, 'goals', Marker.SPHERE_LIST, goals, 0.0, GOLD,
                          (0.7 * cell, 0.7 * cell, 0.1 * cell)),
-            views.marker(header, 'starts', Marker.SPHERE_LIST, few, 0.0, BLUE,
+            viewer_messages.marker(header, 'starts', Marker.SPHERE_LIST, few, 0.0, BLUE,
                          (0.8 * cell, 0.8 * cell, 0.02 * cell))))
 
     def _publish_trust(self, header, trust):
         """Publish the trust map; all unknown where none was heard in this run."""
         world = self.scene.world
-        percents = [drawing.UNKNOWN] * len(world.free) if trust is None else \
-            drawing.trust_percent(world, trust)
-        self._publish[views.TRUST_MAP](
-            views.occupancy_grid(header, world.grid, self._cell, percents))
+        percents = [viewer_geometry.UNKNOWN] * len(world.free) if trust is None else \
+            viewer_geometry.trust_percent(world, trust)
+        self._publish[viewer_messages.TRUST_MAP](
+            viewer_messages.occupancy_grid(header, world.grid, self._cell, percents))
 
     def _publish_mentor(self, header, policy, trust):
         """Publish the mentor's arrows, green where it is trusted, red where not, else grey."""
-        states, places = self._arrows(policy, drawing.DART)
+        states, places = self._arrows(policy, viewer_geometry.DART)
         colours = GREY
         if trust is not None:
-            colours = [TRUST_COLOURS[each] for each in drawing.percent(trust[states])
-                       for _ in range(drawing.CORNERS_OF_ARROW)]
-        self._publish[views.MENTOR](views.markers(views.marker(
-            header, 'mentor', Marker.TRIANGLE_LIST, places, views.ARROW_HEIGHT * self._cell,
+            colours = [TRUST_COLOURS[each] for each in viewer_geometry.percent(trust[states])
+                       for _ in range(viewer_geometry.CORNERS_OF_ARROW)]
+        self._publish[viewer_messages.MENTOR](viewer_messages.markers(viewer_messages.marker(
+            header, 'mentor', Marker.TRIANGLE_LIST, places, viewer_messages.ARROW_HEIGHT * self._cell,
             colours, (1.0, 1.0, 1.0))))
 
     def _publish_policy(self, header, policy):
         """Publish the learner's own arrows, as thin lines over those of the mentor."""
-        _, places = self._arrows(policy, drawing.LINES)
-        self._publish[views.POLICY](views.markers(views.marker(
-            header, 'policy', Marker.LINE_LIST, places, 2 * views.ARROW_HEIGHT * self._cell, INK,
+        _, places = self._arrows(policy, viewer_geometry.LINES)
+        self._publish[viewer_messages.POLICY](viewer_messages.markers(viewer_messages.marker(
+            header, 'policy', Marker.LINE_LIST, places, 2 * viewer_messages.ARROW_HEIGHT * self._cell, INK,
             (0.05 * self._cell, 0.0, 0.0))))
 
     def _arrows(self, policy, shape):
         """Return the states with an arrow, and the corners of the arrows."""
         world = self.scene.world
-        states = drawing.advised(world, drawing.NO_ACTION if policy is None else policy)
+        states = viewer_geometry.advised(world, viewer_geometry.NO_ACTION if policy is None else policy)
         actions = () if policy is None else policy[states]
-        return states, drawing.arrows(states, actions, shape, world.grid.width, self._cell)
+        return states, viewer_geometry.arrows(states, actions, shape, world.grid.width, self._cell)
 
     def _publish_values(self, header, values):
         """Publish a tile in every state, the bluer the higher its value, and what that means."""
         if values is None:
-            self._publish[views.VALUES](views.markers(views.nothing(header)))
+            self._publish[viewer_messages.VALUES](viewer_messages.markers(viewer_messages.nothing(header)))
             return
         world, cell = self.scene.world, self._cell
         free = world.free.nonzero()[0]
-        colours = [VALUE_COLOURS[each] for each in drawing.value_percent(world, values)]
-        places = drawing.middles(free, world.grid.width, cell)
-        self._publish[views.VALUES](views.markers(
-            views.marker(header, 'values', Marker.CUBE_LIST, places, views.TILE_HEIGHT * cell,
+        colours = [VALUE_COLOURS[each] for each in viewer_geometry.value_percent(world, values)]
+        places = viewer_geometry.middles(free, world.grid.width, cell)
+        self._publish[viewer_messages.VALUES](viewer_messages.markers(
+            viewer_messages.marker(header, 'values', Marker.CUBE_LIST, places, viewer_messages.TILE_HEIGHT * cell,
                          colours, (cell, cell, 0.01 * cell)),
-            views.caption(header, 'scale', 'values: white {:.3g}, blue {:.3g}'.format(
+            viewer_messages.caption(header, 'scale', 'values: white {:.3g}, blue {:.3g}'.format(
                 values[free].min(), values[free].max()),
                 (world.grid.width * cell / 2, -0.04 * world.grid.height * cell),
                 0.03 * world.grid.height * cell)))
@@ -267,4 +268,4 @@ def check_frame(frame):
 
 def main(argv):
     """Run the node; return the exit code."""
-    return run_node(Viewer, argv, (ParameterError,))
+    return run_node(ViewerNode, argv, (ParameterError,))

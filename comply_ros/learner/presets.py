@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The table of all learners: what each row sets, in the two profiles."""
+
+from dataclasses import replace
+from math import log
+
+from comply_ros.learner.learner_config import ConfigError, LearnerConfig, TINY
+
+
+def find_method(name, profile):
+    """
+    Row of a method in a profile.
+
+    Raises
+    ------
+    MethodError: for an unknown name or profile.
+
+    """
+    if profile not in METHODS:
+        raise ConfigError(f'a profile must be one of {", ".join(METHODS)}, got {profile!r}')
+    if name not in METHODS[profile]:
+        raise ConfigError(f'a method must be one of {", ".join(METHODS[profile])}, got {name!r}')
+    return METHODS[profile][name]
+
+
+def listening_lead(p, temperature):
+    """First value of listening over discarding that makes p the confidence (3.13)."""
+    return temperature * log(p / (1.0 - p))
+
+
+def _published(**settings):
+    return LearnerConfig(temperature_floor=0.03, measuring_iterations=1, **settings)
+
+
+def _as_the_text_says(row, **settings):
+    return replace(row, learning_rate_exponent=0.55, visit_growth=1.0, temperature_floor=TINY,
+                   measuring_iterations=0, **settings)
+
+
+PUBLISHED = {
+    'sarsa': _published(
+        initial_value=3.0, visit_growth=1 / 15, temperature=4.0, iterations=600),
+    'q_learning': _published(
+        off_policy=True, initial_value=1.0, learning_rate=0.8, learning_rate_exponent=0.505,
+        temperature_factor=0.98, iterations=600, episodes=10),
+    'sarsa_lambda': _published(
+        initial_value=2.0, learning_rate=0.5, learning_rate_exponent=0.51, temperature=5.0,
+        temperature_factor=0.97, trace_decay=0.8, iterations=200),
+    'watkins': _published(
+        off_policy=True, initial_value=2.0, learning_rate=0.8, learning_rate_exponent=0.505,
+        visit_growth=1 / 15, temperature=2.0, temperature_factor=0.95, trace_decay=0.8,
+        iterations=150),
+    'constant': _published(
+        trust='scheduled', learning_rate_exponent=0.51, temperature=0.5, temperature_factor=0.98),
+    'vanishing': _published(
+        trust='scheduled', learning_rate_exponent=0.51, temperature=0.5, temperature_factor=0.98,
+        confidence_factor=0.99, cooling_confidence=0.5),
+    'beta_implicit': _published(
+        trust='beta', excludes_refused=True, visit_growth=1 / 15, trust_rate=2.0,
+        sign_only=True, bounded_belief=True),
+    'explicit': _published(
+        trust='explicit', excludes_refused=True, learning_rate_exponent=0.55, visit_growth=1 / 15,
+        temperature=2.0, trust_rate=0.1, belief_listen=1.095, belief_discard=0.0,
+        updates_both=False),
+}
+REPORT = {
+    'sarsa': _as_the_text_says(PUBLISHED['sarsa']),
+    'q_learning': _as_the_text_says(PUBLISHED['q_learning']),
+    'sarsa_lambda': _as_the_text_says(PUBLISHED['sarsa_lambda']),
+    'watkins': _as_the_text_says(PUBLISHED['watkins']),
+    'constant': _as_the_text_says(PUBLISHED['constant']),
+    'vanishing': _as_the_text_says(PUBLISHED['vanishing'], cooling_confidence=1.0),
+    'beta_implicit': _as_the_text_says(
+        PUBLISHED['beta_implicit'], sign_only=False, bounded_belief=False,
+        trust_rate=0.3),  # of the order of the prior (section 4.1.1): larger ones run away
+    'explicit': _as_the_text_says(
+        PUBLISHED['explicit'], updates_both=True, belief_listen=listening_lead(0.9, 0.5)),
+}
+
+_ALONE = LearnerConfig(off_policy=True, initial_value=1.0, learning_rate=0.8,
+                learning_rate_exponent=0.505, visit_growth=1 / 15, temperature=1.0,
+                temperature_factor=0.98, temperature_floor=0.03, iterations=399)
+BASELINES = {
+    # Probabilistic policy reuse: follow with psi nu^h in step h of an episode, else choose
+    # oneself (Fernandez and Veloso, AAMAS 2006, pi-reuse; psi 1, nu 0.95 as there).
+    'pi_reuse': replace(_ALONE, trust='scheduled', confidence=1.0, reuse_factor=0.95),
+    # Advise: the advice is one opinion, right with consistency C, and multiplies the softmax by
+    # the odds that it is right (Griffith et al., Policy Shaping, NIPS 2013, C 0.9).
+    'policy_shaping': replace(_ALONE, trust='shaping', confidence=0.9, excludes_refused=True),
+    # Jump-start RL: the mentor leads the first steps of every episode, in stages less far
+    # (Uchendu et al., Jump-Start Reinforcement Learning, ICML 2023, arXiv 2022, the curriculum).
+    'jump_start': replace(_ALONE, trust='jump_start'),
+}
+
+PUBLISHED['beta_implicit_off_policy'] = replace(  # section 4.4
+    PUBLISHED['beta_implicit'], off_policy=True, learning_rate_exponent=0.2, sign_only=False,
+    trust_rate_factor=0.99)
+PUBLISHED['explicit_off_policy'] = replace(PUBLISHED['explicit'], off_policy=True)
+REPORT['beta_implicit_off_policy'] = replace(REPORT['beta_implicit'], off_policy=True)
+REPORT['explicit_off_policy'] = replace(REPORT['explicit'], off_policy=True)
+
+for table in (PUBLISHED, REPORT):  # section 5.3 asks what traces would do
+    for name in ('constant', 'vanishing', 'beta_implicit', 'explicit'):
+        table[f'{name}_lambda'] = replace(table[name], trace_decay=0.8)
+    table.update(BASELINES)
+
+# Advice is a head start: the recommended action begins above the others and is followed until
+# experience puts it below one. What is tried besides depends on how often the advice of this
+# mentor, everywhere, is the best action known: a pooled trust, its prior learned (section 5.3).
+# Values come from remembered outcomes, so one bad surprise or one lucky slip decides nothing.
+_HEAD_START = LearnerConfig(
+    trust='head_start', replays=True, off_policy=True, initial_value=3.0, belief_listen=0.3,
+    belief_discard=0.0, exploration_probability=0.4, iterations=399)
+for table in (PUBLISHED, REPORT):
+    table['head_start'] = _HEAD_START
+
+METHODS = {'report': REPORT, 'published': PUBLISHED}

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Mentors that are snapshots of a training, and one function that makes any mentor."""
+
+import numpy as np
+
+from comply_ros.learner.presets import find_method
+from comply_ros.learner.training import Training
+from comply_ros.mentor.mentor_policies import adversarial_policy, noisy_policy
+from comply_ros.world.grid import NO_ACTION
+from comply_ros.world.planning import greedy, optimal_policy, ReferenceReturns
+
+CLOSE_ENOUGH = 0.005  # a snapshot this near to the wanted optimality ends the search; nearer
+# where more would pass for optimal: half of what is missing to it
+SNAPSHOT_ITERATIONS = 600
+
+
+def make_policy(spec, world, seed, on_progress=lambda share: None):
+    """
+    `advice[s]`, int8, of every mentor but `file`; -1 for no advice.
+
+    spec: `MentorSpec`.
+    world: the `World`.
+    seed: which one of the mentors of this kind.
+    on_progress: told the share that is done, from 0 to 1, by a mentor that takes long.
+
+    """
+    generator = np.random.Generator(np.random.PCG64(seed))
+    if spec.kind == 'none':
+        return np.full(len(world.free), NO_ACTION, dtype=np.int8)
+    if spec.kind == 'optimal':
+        return optimal_policy(world)
+    if spec.kind == 'adversarial':
+        return adversarial_policy(world)
+    if spec.kind == 'random':
+        return noisy_policy(world, 1.0, generator)
+    if spec.kind == 'noisy':
+        return noisy_policy(world, spec.value, generator)
+    return snapshot_policy(world, spec.value, seed, on_progress)
+
+
+def snapshot_policy(world, level, seed, on_progress):
+    """
+    `advice[s]`: greedy (3.5) towards a half-trained SARSA learner, section 3.3.
+
+    Of all iterations of one learning, the one whose exact optimality is nearest to `level`.
+    """
+    reference = ReferenceReturns(world)
+    training = Training(
+        world, np.full(len(world.free), NO_ACTION), find_method('sarsa', 'published'), seed)
+    nearest, distance = None, float('inf')
+    for number in range(SNAPSHOT_ITERATIONS):
+        training.iterate()
+        policy = greedy(training.memory.q, world.free)
+        away = abs(reference.optimality(reference.return_of(policy)) - level)
+        if away < distance:
+            nearest, distance = policy, away
+        on_progress(number / SNAPSHOT_ITERATIONS)
+        if distance < min(CLOSE_ENOUGH, (1.0 - level) / 2.0):
+            break
+    return nearest

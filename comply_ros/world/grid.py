@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A grid world as its author writes it, and every way in which it can be wrong."""
+
+from dataclasses import dataclass, fields, InitVar
+from functools import cached_property
+import hashlib
+
+import numpy as np
+
+from comply_ros.world.reachability import reachable
+
+FREE, OBSTACLE, GOAL = CELLS = '.#G'
+LEFT, RIGHT, DOWN, UP = range(4)
+NO_ACTION = -1  # of a mentor: no advice; of a learner: nothing to do, the episode is over
+ARROWS = '<>v^'  # ARROWS[action]
+STEPS = ((-1, 0), (1, 0), (0, -1), (0, 1))  # STEPS[action]: (dx, dy), x to the right, y up
+
+LARGEST_SIDE = 4096
+LARGEST_REWARD = 1e6
+
+
+class MapError(ValueError):
+    """A map that cannot be a world; the message names the rule and the value."""
+
+
+@dataclass(frozen=True)
+class Grid:
+    """
+    A rectangular grid world.
+
+    Parameters
+    ----------
+    rows: the cells as text, top row first: `.` free, `#` obstacle, `G` goal (terminal).
+    starts: the states in which an episode can begin, equally likely.
+    step_reward: reward of a step onto a free cell (below 0).
+    obstacle_reward: reward of bumping into an obstacle; the agent stays (below 0).
+    goal_reward: reward of reaching the goal.
+    intended: probability that a move goes where it was meant to; otherwise it takes one of
+        the cell's other actions, uniformly.
+    step_limit: number of steps after which an episode is truncated.
+    slips_bump: whether a move that goes astray can run into an obstacle; if not, it takes one of
+        those other actions that lead to another cell.
+    expected: what `sha256` has to be; None for anything. It is looked at before the ways
+        through the grid are searched, which can take seconds.
+
+    A state is `y * width + x`, (0, 0) at the lower left.
+
+    Raises
+    ------
+    MapError: with the rule that is broken.
+
+    """
+
+    rows: tuple
+    starts: tuple
+    step_reward: float
+    obstacle_reward: float
+    goal_reward: float
+    intended: float
+    step_limit: int
+    slips_bump: bool = True
+    expected: InitVar[str] = None
+
+    def __post_init__(self, expected):
+        _check_rows(self.rows)
+        _check_numbers(self)
+        _check_starts(self)
+        if expected not in (None, self.sha256):
+            raise MapError(f'sha256 must be that of the world, {self.sha256[:8]}..., '
+                           f'got {expected[:8]!r}')
+        _check_ways(self)
+
+    @property
+    def width(self):
+        """Number of columns."""
+        return len(self.rows[0])
+
+    @property
+    def height(self):
+        """Number of rows."""
+        return len(self.rows)
+
+    @property
+    def cells(self):
+        """All cells in the order of the states: `cells[s]` is the character of state s."""
+        return ''.join(reversed(self.rows))
+
+    @property
+    def sha256(self):
+        """SHA-256 (hex) of everything above: equal hashes mean equal worlds."""
+        parts = [f'{f.name}={getattr(self, f.name)!r}' for f in fields(self)]
+        return hashlib.sha256('\n'.join(parts).encode()).hexdigest()
+
+    @cached_property
+    def arriving(self):
+        """`arriving[s]`, bool: whether a goal can be reached from state s; true at goals."""
+        signs = np.frombuffer(self.cells.encode(), dtype='S1').reshape(self.height, self.width)
+        return reachable(signs == FREE.encode(), signs == GOAL.encode()).ravel()
+
+    def place(self, s):
+        """Return (x, y) of state s."""
+        return s % self.width, s // self.width
+
+
+def _check_rows(rows):
+    if not rows or not rows[0]:
+        raise MapError('a map needs at least one row of cells, got none')
+    for number, row in enumerate(rows, 1):
+        if len(row) != len(rows[0]):
+            raise MapError('all rows must have the same length: '
+                           f'row {number} has {len(row)} cells, row 1 has {len(rows[0])}')
+        if not set(row) <= set(CELLS):
+            column, cell = next((x, cell) for x, cell in enumerate(row, 1) if cell not in CELLS)
+            raise MapError(f'a cell must be one of . # G, got {cell!r} '
+                           f'in row {number}, column {column}')
+    if max(len(rows), len(rows[0])) > LARGEST_SIDE:
+        raise MapError(f'a map may have at most {LARGEST_SIDE} cells a side, '
+                       f'got {len(rows[0])} x {len(rows)}')
+    if not any(GOAL in row for row in rows):
+        raise MapError('a map needs at least one goal G, got none')
+
+
+def _check_numbers(grid):
+    for name in ('step_reward', 'obstacle_reward', 'goal_reward', 'intended'):
+        if not abs(getattr(grid, name)) <= LARGEST_REWARD:
+            raise MapError(f'{name} must be a finite number of at most {LARGEST_REWARD:.0f}, '
+                           f'got {getattr(grid, name)}')
+    for name in ('step_reward', 'obstacle_reward'):
+        if getattr(grid, name) >= 0:
+            raise MapError(f'{name} must be below 0, or the best policy never arrives, '
+                           f'got {getattr(grid, name)}')
+    if not 0 < grid.intended <= 1:
+        raise MapError(f'intended must lie in (0, 1], got {grid.intended}')
+    if not 1 <= grid.step_limit <= 1_000_000:
+        raise MapError(f'step_limit must lie in [1, 1000000], got {grid.step_limit}')
+
+
+def _check_starts(grid):
+    if not grid.starts:
+        raise MapError('a map needs at least one start, got none')
+    cells = grid.cells
+    if (min(grid.starts) >= 0 and max(grid.starts) < len(cells)
+            and set(map(cells.__getitem__, grid.starts)) == {FREE}):
+        return
+    for s in grid.starts:
+        if not 0 <= s < len(cells):
+            raise MapError(f'a start must lie in the grid of {len(cells)} cells, got state {s}')
+        x, y = grid.place(s)
+        if cells[s] != FREE:
+            what = 'an obstacle' if cells[s] == OBSTACLE else 'the goal'
+            raise MapError(f'a start must be a free cell, but ({x}, {y}) is {what}')
+
+
+def _check_ways(grid):
+    lost = np.flatnonzero(~grid.arriving[np.array(grid.starts, dtype=np.int64)])
+    if len(lost):
+        x, y = grid.place(grid.starts[lost[0]])
+        raise MapError(f'the goal must be in reach of every start, '
+                       f'but no way leads there from ({x}, {y})')

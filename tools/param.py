@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`param list | get | set | describe`, for machines without the `ros2` command line."""
+
+import sys
+from typing import NamedTuple
+
+from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters, SetParameters
+from rclpy.parameter import parameter_value_to_python
+import yaml
+
+from tools.ros_graph import (
+    call,
+    command_parser,
+    full_name,
+    GraphError,
+    missing,
+    QUIET,
+    run_command,
+    settled,
+)
+
+
+class Kind(NamedTuple):
+    """A type of parameter: its name, the field of `ParameterValue`, how `get` says it."""
+
+    name: str
+    field: str
+    words: str
+    type: type
+    is_list: bool = False
+
+
+KINDS = {
+    ParameterType.PARAMETER_BOOL: Kind('boolean', 'bool_value', 'Boolean value is', bool),
+    ParameterType.PARAMETER_INTEGER: Kind('integer', 'integer_value', 'Integer value is', int),
+    ParameterType.PARAMETER_DOUBLE: Kind('double', 'double_value', 'Double value is', float),
+    ParameterType.PARAMETER_STRING: Kind('string', 'string_value', 'String value is', str),
+    ParameterType.PARAMETER_BOOL_ARRAY: Kind(
+        'boolean array', 'bool_array_value', 'Boolean values are', bool, True),
+    ParameterType.PARAMETER_INTEGER_ARRAY: Kind(
+        'integer array', 'integer_array_value', 'Integer values are', int, True),
+    ParameterType.PARAMETER_DOUBLE_ARRAY: Kind(
+        'double array', 'double_array_value', 'Double values are', float, True),
+    ParameterType.PARAMETER_STRING_ARRAY: Kind(
+        'string array', 'string_array_value', 'String values are', str, True)}
+
+
+def main(argv):
+    """Run the command; return the exit code."""
+    return run_command(command_parser('param', 'Look at parameters, and set them.', (
+        ('list', show_list, 'names of the parameters of a node, or of all',
+         {'node': {'nargs': '?'}}),
+        ('get', show_value, 'the value of a parameter', {'node': {}, 'parameter': {}}),
+        ('set', set_value, 'give a parameter another value',
+         {'node': {}, 'parameter': {}, 'value': {}}),
+        ('describe', show_description, 'type, meaning and range of a parameter',
+         {'node': {}, 'parameter': {}}))), argv)
+
+
+def show_list(node, given):
+    """Print the names of the parameters of one node, or of all, each below its node."""
+    names = [_found(node, given)] if given.node else _nodes(node, given.timeout, bool, QUIET)
+    for name in names:
+        if not given.node:
+            print(f'{name}:')
+        listed = call(node, ListParameters, f'{name}/list_parameters', ListParameters.Request(),
+                      given.timeout)
+        for each in sorted(listed.result.names):
+            print(f'  {each}')
+    return 0
+
+
+def show_value(node, given):
+    """Print the value of a parameter, as `ros2 param get`."""
+    name = _found(node, given)
+    _described(node, name, given)
+    value, = call(node, GetParameters, f'{name}/get_parameters',
+                  GetParameters.Request(names=[given.parameter]), given.timeout).values
+    if value.type not in KINDS:
+        print('Parameter not set.')
+    else:
+        print(f'{KINDS[value.type].words}: {parameter_value_to_python(value)}')
+    return 0
+
+
+def set_value(node, given):
+    """Set a parameter and print what the node says to it; exit code 1 where it refuses."""
+    name = _found(node, given)
+    value = value_of(given.parameter, _described(node, name, given).type, given.value)
+    result, = call(node, SetParameters, f'{name}/set_parameters', SetParameters.Request(
+        parameters=[Parameter(name=given.parameter, value=value)]), given.timeout).results
+    if result.successful:
+        print('Set parameter successful')
+        return 0
+    raise GraphError(f'setting parameter failed: {result.reason}')
+
+
+def show_description(node, given):
+    """Print type, meaning and constraints of a parameter, as `ros2 param describe`."""
+    described = _described(node, _found(node, given), given)
+    print(f'Parameter name: {described.name}\n  Type: {_type(described.type)}')
+    if described.description:
+        print(f'  Description: {described.description}')
+    print('  Constraints:')
+    if described.read_only:
+        print('    Read only: true')
+    for span in (*described.floating_point_range, *described.integer_range):
+        print(f'    Min value: {span.from_value}\n    Max value: {span.to_value}')
+    if described.additional_constraints:
+        print(f'    Additional constraints: {described.additional_constraints}')
+    return 0
+
+
+def value_of(name, kind, text):
+    """
+    `ParameterValue` of a type, from what was written on the command line.
+
+    Unlike `ros2 param set`, a whole number is taken for a double, and anything for a string.
+
+    Raises
+    ------
+    GraphError: for a text that is not of that type.
+
+    """
+    wanted = KINDS.get(kind) or KINDS[ParameterType.PARAMETER_STRING]
+    try:
+        value = text if wanted.type is str and not wanted.is_list else yaml.safe_load(text)
+        made = ParameterValue(type=kind, check_fields=True)
+        setattr(made, wanted.field, [_element(each, wanted.type) for each in value]
+                if wanted.is_list and isinstance(value, list) else _element(value, wanted.type))
+    except (yaml.YAMLError, AssertionError, TypeError, ValueError, OverflowError):
+        article = 'an' if wanted.name[0] in 'aeiou' else 'a'
+        raise GraphError(f'parameter {name} must be {article} {wanted.name}, '
+                         f'got {text!r}') from None
+    return made
+
+
+def _element(value, kind):
+    if type(value) is not kind and not (kind is float and type(value) is int):
+        raise TypeError
+    return kind(value)
+
+
+def _described(node, name, given):
+    """
+    `ParameterDescriptor` of the given parameter of a node.
+
+    Raises
+    ------
+    GraphError: if it has no such parameter.
+
+    """
+    described, = call(node, DescribeParameters, f'{name}/describe_parameters',
+                      DescribeParameters.Request(names=[given.parameter]),
+                      given.timeout).descriptors or [None]
+    if described is None or described.type not in KINDS and not described.description:
+        listed = call(node, ListParameters, f'{name}/list_parameters', ListParameters.Request(),
+                      given.timeout).result.names
+        raise GraphError(f'node {name!r} has no parameter {given.parameter!r}; it has '
+                         f'{", ".join(sorted(listed))}')
+    return described
+
+
+def _type(number):
+    return KINDS[number].name if number in KINDS else 'not set'
+
+
+def _found(node, given):
+    """
+    Return the full name of the given node.
+
+    Raises
+    ------
+    GraphError: if it is not there.
+
+    """
+    name = full_name(given.node)
+    there = _nodes(node, given.timeout, lambda seen: name in seen)
+    if name not in there:
+        raise GraphError(missing('node', name, there))
+    return name
+
+
+def _nodes(node, seconds, is_enough, quiet=0.0):
+    """Return the full names of all nodes but this one, and hidden ones."""
+    def look():
+        return sorted({f'{space.rstrip("/")}/{name}' for name, space
+                       in node.get_node_names_and_namespaces() if not name.startswith('_')})
+    return settled(node, look, seconds, is_enough, quiet)
+
+
+if __name__ == '__main__':
+    sys.exit(main(sys.argv))
