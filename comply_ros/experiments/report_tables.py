@@ -23,6 +23,7 @@ from comply_ros.experiments.report_text import HANDED_DOWN, HEAD_START, SLIPS, T
 from comply_ros.experiments.results_json import name_of
 from comply_ros.experiments.seed_statistics import LEVEL_NAMES
 from comply_ros.experiments.training_runs import Run
+from comply_ros.numerics.summation import mean_in_order
 
 BEST = {'100 %': 1.0, '99.9 %': 0.999, '~74 %': 0.74, '50 %': 0.5, 'random': 0.0,
         'adversarial': 0.0}
@@ -119,7 +120,7 @@ def _better(numbers, mentors):
         yield _line(f'**{method}**' if method == OURS else method, *map(_regret, found))
     last = [cells.get(name_of(taught(OURS, profile, mentor, MAZE))) for mentor in named.values()]
     yield _line(f'{OURS}, mean return of the last 50', *(
-        '-' if cell is None else f'{sum(cell["mean"][-50:]) / 50:.2f}' for cell in last))
+        '-' if cell is None else f'{mean_in_order(cell["mean"][-50:]):.2f}' for cell in last))
     single = cells.get(name_of(taught(OURS, profile, 'none', MAZE)))
     yield f'\nWithout a mentor `{OURS}` has a regret of {_regret(single)}. {HEAD_START}'
 

@@ -5,6 +5,8 @@ from math import pi, sqrt, tan
 
 import numpy as np
 
+from comply_ros.numerics.summation import sum_in_order
+
 LEVEL_NAMES = {1.0: '100 %', 0.999: '99.9 %', 0.74: '~74 %', 0.5: '50 %'}
 Z = 1.959963984540054  # 97.5 % of a normal distribution lie below
 
@@ -42,4 +44,4 @@ def student(freedom):
     terms = ((z ** 3 + z) / 4, (5 * z ** 5 + 16 * z ** 3 + 3 * z) / 96,
              (3 * z ** 7 + 19 * z ** 5 + 17 * z ** 3 - 15 * z) / 384,
              (79 * z ** 9 + 776 * z ** 7 + 1482 * z ** 5 - 1920 * z ** 3 - 945 * z) / 92160)
-    return z + sum(term / n ** power for power, term in enumerate(terms, 1))
+    return z + sum_in_order(term / n ** power for power, term in enumerate(terms, 1))

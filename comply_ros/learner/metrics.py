@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """How fast and how well a learner learned: section 4.3.1, and the regret."""
 
+from comply_ros.numerics.summation import sum_in_order
+
 CLOSE = 0.99  # share of the optimal return that counts as converged (section 4.3.1)
 PUBLISHED_OPTIMAL = 5.8386  # the optimal return as the published runs measured it in their maze
 PUBLISHED_THRESHOLD = 4.9 / PUBLISHED_OPTIMAL
@@ -40,9 +42,9 @@ def reward_ratio(returns, convergence, optimal_return):
     """
     collected = returns[:convergence]
     optimal = optimal_return * len(collected)
-    return sum(collected) / optimal if optimal > 0 else None
+    return sum_in_order(collected) / optimal if optimal > 0 else None
 
 
 def regret(returns, optimal_return):
     """Sum over the iterations of what is missing to the optimal return."""
-    return sum(optimal_return - value for value in returns)
+    return sum_in_order(optimal_return - value for value in returns)

@@ -5,8 +5,8 @@ from comply_ros.learner.confidence import apply_advice_prior
 from comply_ros.learner.learner_state import LearnerState, TEMPERATURE
 from comply_ros.learner.model import end_episode
 from comply_ros.learner.reconfigure import changed_memory
-from comply_ros.learner.training import mean_return
 from comply_ros.learner.update_rules import choose, decay_schedules, learn
+from comply_ros.numerics.summation import mean_in_order
 from comply_ros.protocol.messages import Progress
 from comply_ros.world.grid import NO_ACTION
 
@@ -112,7 +112,7 @@ class Student:
     def _progress(self):
         return Progress(
             0, self.iterations_done, self._method.iterations, len(self._returns), self.steps,
-            mean_return(self._returns),
+            mean_in_order(self._returns),
             self._trusted / self._weighed if self._weighed else float('nan'),
             float(self.memory.schedule[TEMPERATURE]), self.finished)
 

@@ -12,6 +12,7 @@ from comply_ros.learner.update_rules import choose, decay_schedules, DRAWS, lear
 from comply_ros.mentor.advice_budget import AdviceBudget, advise, watch
 from comply_ros.numerics.jit import compiled, forget, kernel, SPOILED
 from comply_ros.numerics.rng import random_streams, UniformRows
+from comply_ros.numerics.summation import mean_in_order
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import first_state, taken_action
 
@@ -72,7 +73,7 @@ class Training:
         temperature = float(self.memory.schedule[TEMPERATURE])
         while place[EPISODE] < self.method.episodes:
             self._play_a_block(learns, place, tally)
-        mean = mean_return(self.returns.tolist())
+        mean = mean_in_order(self.returns.tolist())
         decay_schedules(mean, self._numbers, self.memory.schedule)
         self.iterations_done += 1
         confidence = float(tally[TRUSTED] / tally[WEIGHED]) if tally[WEIGHED] else float('nan')
@@ -95,11 +96,6 @@ class Training:
             moves.block(), decisions.block())
         moves.use(used)
         decisions.use(used)
-
-
-def mean_return(returns):
-    """Mean of the returns of an iteration, summed in their order (so the bits are the same)."""
-    return sum(returns) / len(returns)
 
 
 @kernel
