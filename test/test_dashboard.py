@@ -5,8 +5,8 @@ import re
 import urllib.error
 import urllib.request
 
-from browsing import browser, drag, link, opened, taught, text_of, wait_for
-from nodes import log_has, nodes, run, wait_until
+from browser import browser, drag, link, opened, taught, text_of, wait_for
+from node_processes import log_has, nodes, run, wait_until
 import pytest
 
 from comply_ros.mentor.policy_text import parse_policy

@@ -5,7 +5,7 @@ import re
 import time
 
 from comply_msgs.msg import Action, Episode, WorldDescription
-from nodes import log_has, nodes, run, wait_until
+from node_processes import log_has, nodes, run, wait_until
 import pytest
 from rcl_interfaces.msg import Log
 import rclpy

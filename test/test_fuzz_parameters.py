@@ -6,7 +6,7 @@ import os
 from comply_msgs.srv import Save
 from hypothesis import example, given, HealthCheck, settings
 from hypothesis import strategies as st
-from nodes import run
+from node_processes import run
 import pytest
 import rclpy
 import yaml

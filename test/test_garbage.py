@@ -9,16 +9,16 @@ import random
 import subprocess
 import sys
 
-from flood import Flood, kinds, requests, rubbish
-from garbage import GARBAGE
+from fuzz_node import Flood, kinds, requests, rubbish
 from hypothesis import given, HealthCheck, Phase, settings
 from hypothesis import strategies as st
-from nodes import log_has, nodes, wait_until
+from message_strategies import GARBAGE
+from node_processes import log_has, nodes, wait_until
 import numpy as np
 import pytest
 import rclpy
 from test_lesson import children
-from test_talk import Table
+from test_protocol_digests import Table
 
 from comply_ros.learner.presets import find_method
 from comply_ros.learner.training import Training

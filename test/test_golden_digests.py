@@ -4,7 +4,7 @@
 import json
 from pathlib import Path
 
-from nodes import run
+from node_processes import run
 import pytest
 
 from comply_ros.learner.presets import METHODS

@@ -4,7 +4,7 @@
 from dataclasses import replace
 
 import pytest
-from worlds import grid
+from tiny_worlds import grid
 
 from comply_ros.world.grid import LARGEST_SIDE, MapError
 

@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from worlds import Bench, room
+from tiny_worlds import Bench, room
 
 from comply_ros.learner.belief_update import pooled_belief, update_belief
 from comply_ros.learner.confidence import apply_advice_prior, exploration_probability

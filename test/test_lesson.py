@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 
-from nodes import run, wait_until
+from node_processes import run, wait_until
 import pytest
 
 from comply_ros.experiments import train

@@ -14,7 +14,7 @@ import textwrap
 import time
 
 from comply_msgs.srv import Recommend, Save
-from nodes import log_has, nodes, run, wait_until
+from node_processes import log_has, nodes, run, wait_until
 import numpy as np
 import pytest
 import rclpy

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from worlds import corridor, grid
+from tiny_worlds import corridor, grid
 
 from comply_ros.storage.map_files import read_map
 from comply_ros.world.grid import LEFT, RIGHT, UP

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pictures from a bag alone: of a whole run, of one that was cut off, of one that says little."""
 
-from bags import Held, write
+from bag_fixtures import Held, write
 import matplotlib.image
 import pytest
 

@@ -8,9 +8,9 @@ import signal
 import subprocess
 import sys
 
-from calling import caller
-from nodes import log_has, nodes, run, wait_until
+from node_processes import log_has, nodes, run, wait_until
 import pytest
+from ros_client import caller
 
 from comply_ros.experiments import train
 from comply_ros.nodes.node_processes import START

@@ -3,7 +3,7 @@
 
 import random
 
-from bags import Held, write
+from bag_fixtures import Held, write
 import pytest
 
 from comply_ros.bags import replay

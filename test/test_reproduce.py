@@ -7,7 +7,7 @@ import signal
 import subprocess
 import sys
 
-from nodes import wait_until
+from node_processes import wait_until
 import pytest
 
 from comply_ros.experiments import reproduce

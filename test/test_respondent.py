@@ -4,7 +4,7 @@
 from dataclasses import replace
 
 import pytest
-from worlds import grid
+from tiny_worlds import grid
 
 from comply_ros.learner.presets import find_method
 from comply_ros.learner.training import Training

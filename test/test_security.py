@@ -8,11 +8,11 @@ import time
 import xml.etree.ElementTree as ElementTree
 
 from ament_index_python import get_package_share_directory
-from nodes import DEADLINE, log_has, nodes, wait_until
+from node_processes import DEADLINE, log_has, nodes, wait_until
+from pty_session import typist
 import pytest
 import rclpy
 from rclpy.node import Node
-from typist import typist
 
 from comply_ros.nodes import topics
 from comply_ros.nodes.node_processes import START

@@ -2,7 +2,7 @@
 """`service` and `param`, for machines without `ros2`."""
 
 from comply_msgs.srv import Recommend
-from nodes import log_has, nodes, run, wait_until
+from node_processes import log_has, nodes, run, wait_until
 import pytest
 from rcl_interfaces.msg import ParameterType
 from rcl_interfaces.srv import SetParameters

@@ -9,7 +9,7 @@ import signal
 import subprocess
 import sys
 
-from nodes import wait_until
+from node_processes import wait_until
 import pytest
 
 from tools import soak

@@ -10,7 +10,7 @@ import shutil
 import signal
 import subprocess
 
-from nodes import log_has, nodes, run, wait_until
+from node_processes import log_has, nodes, run, wait_until
 import pytest
 
 from comply_ros.learner.presets import find_method

@@ -4,7 +4,7 @@
 from math import isnan
 
 import pytest
-from worlds import Bench, corridor
+from tiny_worlds import Bench, corridor
 
 from comply_ros.learner.student import Student
 from comply_ros.world.grid import LEFT, RIGHT

@@ -4,10 +4,10 @@
 import signal
 import termios
 
-from calling import caller
-from nodes import nodes, run
+from node_processes import nodes, run
+from pty_session import typist
 import pytest
-from typist import typist
+from ros_client import caller
 
 from comply_ros.nodes.topics import ACTION, MENTOR_POLICY, STATE
 from comply_ros.storage.map_files import read_map

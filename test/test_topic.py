@@ -5,7 +5,7 @@ import re
 import subprocess
 import sys
 
-from nodes import log_has, nodes, run, wait_until
+from node_processes import log_has, nodes, run, wait_until
 import pytest
 import yaml
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from test_methods import ROWS
-from worlds import room
+from test_presets import ROWS
+from tiny_worlds import room
 
 from comply_ros.learner import training
 from comply_ros.learner.presets import find_method, METHODS

@@ -6,8 +6,8 @@ import re
 import shutil
 import socket
 
+from doc_runner import Block, blocks, Class, EndedError, fences, pattern
 import pytest
-from tutorial import Block, blocks, Class, EndedError, fences, pattern
 
 TOP = Path(__file__).parents[1]
 PAGE = (TOP / 'docs' / 'tutorial.md').read_text()

@@ -6,8 +6,8 @@ import subprocess
 import sys
 import time
 
-from hosts import missing, two_hosts
-from nodes import log_has, nodes, wait_until
+from netns_hosts import missing, two_hosts
+from node_processes import log_has, nodes, wait_until
 import pytest
 from test_nodes import digest_of, expected, LEARNER, MENTOR, SMALL  # noqa: F401
 

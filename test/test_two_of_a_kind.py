@@ -5,7 +5,7 @@ from dataclasses import replace
 import json
 
 import pytest
-from test_conversation import advice, HERE, ROOM, ROW, RUN, state, UP_EVERYWHERE
+from test_learner import advice, HERE, ROOM, ROW, RUN, state, UP_EVERYWHERE
 
 from comply_ros.protocol.grid_world import GridWorld, RELEASE, REMARKS
 from comply_ros.protocol.learner import Learner

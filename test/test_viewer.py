@@ -8,7 +8,7 @@ from pathlib import Path
 import re
 import signal
 
-from nodes import log_has, nodes, run, wait_until
+from node_processes import log_has, nodes, run, wait_until
 import numpy as np
 import pytest
 import rclpy

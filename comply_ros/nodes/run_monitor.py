@@ -55,7 +55,7 @@ class RunMonitor(SafeParameterNode):
         self._mdp, self._before = World(grid), 0
         self._pace = deque(maxlen=PACE)
         self._processes = ()
-        self._on_progress = on_progress
+        self._report = on_progress
         self._listen(WORLD, self._on_world)
         self._ears = {}
         self._listen_anew(PROGRESS, self._on_progress)
@@ -142,7 +142,7 @@ class RunMonitor(SafeParameterNode):
             return
         self.progress.append(msg)
         self._pace.append((time.monotonic(), msg.steps))
-        self._on_progress(msg)
+        self._report(msg)
 
     def _on_diagnostics(self, msg):
         """

@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A lesson with a page, and a real browser that opens it, for tests."""
+
+from contextlib import contextmanager
+import re
+import shutil
+
+from node_processes import log_has, nodes, wait_until
+import pytest
+
+CHROMIUMS = ('chromium', 'chromium-browser', 'google-chrome')
+PATIENCE = 30_000  # milliseconds that a page has to show what is expected
+
+
+@contextmanager
+def browser():
+    """Give a real browser; where there is none the test is skipped, with a message."""
+    playwright = pytest.importorskip('playwright.sync_api', reason='playwright is not installed')
+    path = next(filter(None, map(shutil.which, CHROMIUMS)), None)
+    if path is None:
+        pytest.skip(f'no browser to test the page in: none of {", ".join(CHROMIUMS)}')
+    with playwright.sync_playwright() as started:
+        chromium = started.chromium.launch(executable_path=path, args=['--no-sandbox'])
+        try:
+            yield chromium
+        finally:
+            chromium.close()
+
+
+@contextmanager
+def taught(folder, *arguments, remembers='true', **more):
+    """Run a world, a learner and a dashboard that teaches; give their processes, and the link."""
+    world = ['-p', 'map:=bar_grid', '-p', 'rate:=300.0']
+    learner = ['-p', 'iterations:=0', '-p', 'episodes:=5', '-p', 'map_period:=0.2',
+               '-p', f'remembers_advice:={remembers}']
+    with nodes(folder, grid_world=world, learner=learner,
+               dashboard=['-p', 'port:=0', *arguments], **more) as running:
+        wait_until(log_has(running['dashboard'], 'ready: '), 'page')
+        yield running, link(running['dashboard'])
+
+
+def link(dashboard):
+    """Address that a dashboard has printed."""
+    return re.search(r'ready: (\S+)', dashboard.log.read_text())[1]
+
+
+def opened(chromium, address, **settings):
+    """Return a page of the browser that shows the world."""
+    page = chromium.new_page(viewport={'width': 1280, 'height': 900}, **settings)
+    page.set_default_timeout(PATIENCE)
+    page.goto(address)
+    page.locator('.world').first.wait_for()
+    page.wait_for_function('() => window.did_handshake')
+    wait_until(lambda: not page.get_by_test_id('alarm').is_visible(), 'end of the alarm')
+    return page
+
+
+def drag(page, grid, *cells):
+    """Draw with the pointer over the middles of cells (x, y), (0, 0) at the lower left."""
+    box = page.locator('.world').first.bounding_box()
+    side = box['width'] / grid.width
+    for number, (x, y) in enumerate(cells):
+        page.mouse.move(box['x'] + (x + 0.5) * side,
+                        box['y'] + (grid.height - y - 0.5) * side)
+        if number == 0:
+            page.mouse.down()
+    page.mouse.up()
+
+
+def text_of(page, mark):
+    """Return what an element says that is found by its mark."""
+    return page.get_by_test_id(mark).inner_text()
+
+
+def wait_for(page, mark, pattern):
+    """Return the match, as soon as an element says what is expected."""
+    return wait_until(lambda: re.search(pattern, text_of(page, mark)), f'{pattern!r} in {mark}')

@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Mentors of every quality."""
+
+import os
+
+import numpy as np
+import pytest
+from tiny_worlds import corridor
+
+from comply_ros.learner.snapshot_mentor import make_policy
+from comply_ros.mentor.mentor_policies import (
+    MentorError,
+    MentorSpec,
+    parse_mentor_spec,
+)
+from comply_ros.mentor.policy_text import PolicyError
+from comply_ros.storage.map_files import read_map
+from comply_ros.storage.mentor_cache import is_slow, mentor_policy, read_mentor_spec
+from comply_ros.world.mdp import World
+from comply_ros.world.planning import optimal_policy, ReferenceReturns
+
+FREE_GRID = World(read_map('free_grid', 'report'))
+
+
+def optimality(text, seed=0):
+    """Return the optimality level of a mentor on `free_grid`."""
+    reference = ReferenceReturns(FREE_GRID)
+    return reference.optimality(reference.return_of(
+        make_policy(parse_mentor_spec(text), FREE_GRID, seed)))
+
+
+@pytest.mark.parametrize('text, spec', [
+    ('optimal', MentorSpec('optimal')), ('none', MentorSpec('none')), ('noisy:0.2', MentorSpec('noisy', 0.2)),
+    ('snapshot:0.75', MentorSpec('snapshot', 0.75)), ('file:a:b.txt', MentorSpec('file', 'a:b.txt')),
+    ('snapshot:0.75@0.2', MentorSpec('snapshot', 0.75, 0.2)), ('optimal@1', MentorSpec('optimal')),
+    ('file:a@0.5', MentorSpec('file', 'a', 0.5)), ('file:a@b.txt', MentorSpec('file', 'a@b.txt'))])
+def test_a_mentor_is_written_as_kind_and_value(text, spec):
+    assert parse_mentor_spec(text) == spec
+
+
+@pytest.mark.parametrize('text, message', [
+    ('good', 'a mentor must be one of optimal, random, adversarial, noisy:P, snapshot:Q, '
+     "file:PATH, none, got 'good'"),
+    ('noisy', "this mentor is written noisy:P, got 'noisy'"),
+    ('optimal:1', "this mentor is written optimal, got 'optimal:1'"),
+    ('file:', "this mentor is written file:PATH, got 'file:'"),
+    ('noisy:1.5', "the P of noisy:P must lie in [0, 1], got '1.5'"),
+    ('noisy:much', "the P of noisy:P must be a number, got 'much'"),
+    ('optimal@2', "the coverage of MENTOR@COVERAGE must lie in [0, 1], got '2'"),
+    ('optimal@', "the coverage of MENTOR@COVERAGE must be a number, got ''"),
+    ('optimal@0.5@0.2', 'a mentor must be one of optimal, random, adversarial, noisy:P, '
+     "snapshot:Q, file:PATH, none, got 'optimal@0.5'"),
+    ('noisy:0.2@1@1', "the P of noisy:P must be a number, got '0.2@1'"),
+    ('snapshot:nan', "the Q of snapshot:Q must lie in [0, 1], got 'nan'")])
+def test_a_mentor_that_does_not_exist_is_refused(text, message):
+    with pytest.raises(MentorError) as error:
+        parse_mentor_spec(text)
+    assert str(error.value) == message
+
+
+def test_the_adversary_takes_the_worst_action():  # in `..G`: left, away from the goal
+    assert make_policy(MentorSpec('adversarial'), corridor(), 0).tolist() == [1, 0, -1]
+
+
+def test_a_sparse_mentor_has_advice_in_a_share_of_the_states_by_seed():
+    best = optimal_policy(FREE_GRID)
+    one, same, other = (mentor_policy(read_mentor_spec('optimal@0.25'), FREE_GRID, seed)
+                        for seed in (0, 0, 1))
+    assert (one != -1).sum() == (other != -1).sum() == 30  # of 120 free cells
+    assert (one == same).all() and (one != other).any()
+    assert (one[one != -1] == best[one != -1]).all()
+    assert (mentor_policy(read_mentor_spec('optimal@0'), FREE_GRID, 0) == -1).all()
+
+
+def test_noise_spoils_a_share_of_the_states():
+    best = optimal_policy(FREE_GRID)
+    spoiled = make_policy(MentorSpec('noisy', 0.5), FREE_GRID, 0)
+    assert 0.2 < np.mean(spoiled[FREE_GRID.free] != best[FREE_GRID.free]) < 0.5
+    assert (make_policy(MentorSpec('noisy', 0.0), FREE_GRID, 0) == best).all()
+    assert (make_policy(MentorSpec('noisy', 1.0), FREE_GRID, 5)
+            == make_policy(MentorSpec('random'), FREE_GRID, 5)).all()
+
+
+@pytest.mark.parametrize('text', ['random', 'noisy:1.0', 'noisy:1'])
+def test_where_every_state_is_spoiled_nothing_is_planned(monkeypatch, text):
+    generator = np.random.Generator(np.random.PCG64(7))
+    generator.random(121)
+    tickets = np.where(FREE_GRID.available, generator.random((121, 4)), -np.inf)
+    monkeypatch.setattr('comply_ros.mentor.mentor_policies.optimal_policy', None)
+    policy = make_policy(parse_mentor_spec(text), FREE_GRID, 7)
+    assert policy.dtype == np.int8
+    assert policy.tolist() == np.where(FREE_GRID.free, tickets.argmax(axis=1), -1).tolist()
+    with pytest.raises(TypeError):  # here something has to be
+        make_policy(parse_mentor_spec('noisy:0.5'), FREE_GRID, 7)
+
+
+def test_mentors_are_ordered_as_they_should_be():
+    assert optimality('optimal') == 1.0
+    assert optimality('none') == 0.0
+    assert optimality('adversarial') < optimality('snapshot:0.8') < 1.0
+    assert optimality('noisy:0.02') > optimality('noisy:0.3')
+
+
+def test_a_snapshot_is_near_to_the_wanted_level():
+    assert optimality('snapshot:0.75') == pytest.approx(0.75, abs=0.05)
+
+
+def test_all_advice_can_be_taken():
+    for text in ('optimal', 'random', 'adversarial', 'noisy:0.4', 'snapshot:0.5'):
+        policy = make_policy(parse_mentor_spec(text), FREE_GRID, 1)
+        states = np.flatnonzero(FREE_GRID.free)
+        assert FREE_GRID.available[states, policy[states]].all()
+        assert (policy[~FREE_GRID.free] == -1).all()
+
+
+def test_the_seed_decides_which_mentor_it_is():
+    first, same, other = (make_policy(MentorSpec('random'), FREE_GRID, k) for k in (1, 1, 2))
+    assert (first == same).all() and (first != other).any()
+
+
+def test_a_generated_mentor_is_remembered(tmp_path, monkeypatch):
+    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path))
+    spec, world = parse_mentor_spec('snapshot:0.6'), FREE_GRID
+    assert is_slow(spec, world, 0)
+    made = mentor_policy(spec, world, 0)
+    assert not is_slow(spec, world, 0)
+    remembered, = (tmp_path / 'comply_ros' / 'mentors').iterdir()
+    monkeypatch.setattr('comply_ros.storage.mentor_cache.make_policy', None)
+    assert (mentor_policy(spec, world, 0) == made).all()
+    assert is_slow(parse_mentor_spec('snapshot:0.61'), world, 0)
+    monkeypatch.undo()
+    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path))
+    remembered.write_text('spoiled')
+    assert (mentor_policy(spec, world, 0) == made).all()
+
+
+def test_a_cache_that_cannot_be_written_is_no_reason_to_stop(tmp_path, monkeypatch):
+    (tmp_path / 'comply_ros').write_text('a file where a folder should be')
+    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path))
+    assert mentor_policy(parse_mentor_spec('snapshot:0.6'), FREE_GRID, 0).shape == (121,)
+
+
+def test_a_policy_file_is_a_mentor(tmp_path):
+    path = tmp_path / 'mine.txt'
+    path.write_text('>>G\n')
+    assert mentor_policy(read_mentor_spec(f'file:{path}'), corridor(), 0).tolist() == [1, 1, -1]
+    with pytest.raises(PolicyError, match='a row for each of the 11 rows of the map, got 1'):
+        mentor_policy(read_mentor_spec(f'file:{path}'), FREE_GRID, 0)
+
+
+def test_a_policy_file_that_cannot_be_read_is_named(tmp_path):
+    with pytest.raises(MentorError) as error:
+        read_mentor_spec('file:/nowhere/mine.txt')
+    assert str(error.value) == ("a policy file must be readable, got '/nowhere/mine.txt' "
+                                '(no such file or directory)')
+    (tmp_path / 'bytes').write_bytes(bytes(range(256)))
+    with pytest.raises(MentorError, match='it is not text'):
+        read_mentor_spec(f'file:{tmp_path / "bytes"}')
+    assert os.path.exists(tmp_path / 'bytes')
