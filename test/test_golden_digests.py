@@ -26,7 +26,7 @@ def training_digest(profile, method):
     training = Training(world, advice, METHODS[profile][method], SEED)
     for _ in range(ITERATIONS):
         training.iterate()
-    return training.memory.digest()
+    return training.state.digest()
 
 
 @pytest.mark.parametrize(('profile', 'method'), ROWS)

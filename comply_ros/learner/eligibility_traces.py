@@ -1,26 +1,29 @@
 # SPDX-License-Identifier: Apache-2.0
 """Eligibility traces (section 2.3.3): how an error reaches the steps that led to it."""
 
+from comply_ros.learner.learner_config import KernelConfig
+from comply_ros.learner.learner_state import Array
 from comply_ros.numerics.jit import kernel
 
 
 @kernel
-def mark_trace(s, a, method, traces, trail):
-    """Change traces and trail: state s and action a become eligible, accumulating or anew."""
+def mark_trace(s: int, a: int, config: KernelConfig, traces: Array, trail: Array) -> None:
+    """Change traces and trail: state s and action a become eligible, accumulating or replacing."""
     if traces[s, a] == 0.0:
         trail[0] += 1
         trail[trail[0]] = 4 * s + a
-    traces[s, a] = 1.0 if method.replacing_traces else traces[s, a] + 1.0
+    traces[s, a] = 1.0 if config.replacing_traces else traces[s, a] + 1.0
 
 
 @kernel
-def propagate_along_traces(change, decay, floor, q, traces, trail):
+def propagate_along_traces(change: float, decay: float, floor: float, q: Array, traces: Array,
+                           trail: Array) -> None:
     """
-    Change q along the trail by change times the trace, then let the traces fade by decay.
+    Change q along the trail by change times the trace, then multiply the traces by decay.
 
     A trace that falls below the floor, or to 0, leaves the trail.
     """
-    kept = 0
+    count = 0
     for i in range(1, trail[0] + 1):
         pair = trail[i]
         s, a = pair >> 2, pair & 3
@@ -31,13 +34,13 @@ def propagate_along_traces(change, decay, floor, q, traces, trail):
             traces[s, a] = 0.0
         else:
             traces[s, a] = trace
-            kept += 1
-            trail[kept] = pair
-    trail[0] = kept
+            count += 1
+            trail[count] = pair
+    trail[0] = count
 
 
 @kernel
-def end_traces(traces, trail):
+def clear_traces(traces: Array, trail: Array) -> None:
     """Change traces and trail: nothing is eligible any more."""
     for i in range(1, trail[0] + 1):
         traces[trail[i] >> 2, trail[i] & 3] = 0.0

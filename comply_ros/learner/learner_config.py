@@ -1,31 +1,35 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A learner is one row of numbers: its fields, and their ranges."""
+"""The settings of a learner: their ranges and meaning, and the checks of their values."""
+
+from __future__ import annotations
 
 from collections import namedtuple
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, Field, fields, replace
+from typing import Any
 
 TRUSTS = ('none', 'scheduled', 'beta', 'explicit', 'shaping', 'jump_start', 'head_start')
 NO_TRUST, SCHEDULED, BETA, EXPLICIT, SHAPING, JUMP_START, HEAD_START = range(len(TRUSTS))
 
 TINY = 1e-9  # the softmax needs a temperature above 0
-ANY = 1_000_000  # a bound for what needs none
+ANY = 1_000_000  # bound of a field that needs none
 
 
 class ConfigError(ValueError):
-    """A method, field or value that does not exist; the message names the rule and the value."""
+    """A preset, field or value that does not exist; the message names the rule and the value."""
 
 
-def _field(default, text, low=None, high=None, **metadata):
+def _field(default: Any, text: str, low: float | None = None, high: float | None = None,
+           **metadata: Any) -> Any:
     return field(default=default, metadata={'text': text, 'low': low, 'high': high, **metadata})
 
 
 @dataclass(frozen=True)
 class LearnerConfig:
     """
-    One learner: how it updates, how it explores, whom it trusts.
+    Settings of one learner: how it updates, how it explores, whom it trusts.
 
-    Every field is a parameter of the learner node and a FIELD of `--set FIELD=VALUE`; its range
-    and meaning stand in the field's metadata.
+    Every field is a parameter of the learner node and a FIELD of `--set FIELD=VALUE`; its
+    metadata has the range and the meaning.
 
     Raises
     ------
@@ -34,12 +38,12 @@ class LearnerConfig:
     """
 
     off_policy: bool = _field(
-        False, 'Learn towards the best next action (2.17), not towards the chosen one (2.15)')
+        False, 'Learn from the best next action (2.17), not from the chosen one (2.15)')
     replays: bool = _field(
-        False, 'Action values come from where each action usually led and what it earned, and are '
-        'refreshed backwards at the end of an episode, instead of (2.15) and (2.17)')
+        False, 'Compute action values from a model of the usual outcome of each action, backed up '
+        'along the episode at its end, instead of (2.15) and (2.17)')
     discount: float = _field(1.0, 'Discount factor gamma of (2.2)', 0, 1)
-    initial_value: float = _field(0.0, 'Action value of what was never tried', -ANY, ANY)
+    initial_value: float = _field(0.0, 'Action value of an action that was never tried', -ANY, ANY)
     learning_rate: float = _field(1.0, 'First learning rate of (2.26)', 0, 1)
     learning_rate_exponent: float = _field(
         1.0, 'The learning rate falls with the visits c as 1 / c^exponent (2.26)', 0, 2)
@@ -49,7 +53,7 @@ class LearnerConfig:
         0.0, 'Decay lambda of the eligibility traces (2.20); 0 for no traces', 0, 1)
     trace_floor: float = _field(0.005, 'A trace that has faded below this is dropped', 0, 1)
     replacing_traces: bool = _field(
-        False, 'A visit sets the trace to 1 instead of adding 1 to it')
+        False, 'A visit sets the trace to 1 instead of adding 1')
     cuts_traces: bool = _field(
         True, 'Off policy, all traces end before an action that is not greedy (Watkins)')
     temperature: float = _field(1.0, 'First temperature of the softmax (2.24)', TINY, ANY)
@@ -57,14 +61,14 @@ class LearnerConfig:
         0.99, 'Factor on the temperature after each iteration (2.25)', 0, 1)
     temperature_floor: float = _field(TINY, 'The temperature never falls below this', TINY, ANY)
     cooling_confidence: float = _field(
-        1.0, 'The temperature falls only while the confidence p is at or below this', 0, 1)
+        1.0, 'The temperature falls only while the confidence p is at most this', 0, 1)
     trust: str = _field(
-        'none', 'Whom to trust: nobody, or the mentor: by a schedule (3.6), by a Beta belief '
-        '(3.7), by the values of listening and discarding (3.11), as one more opinion (policy '
-        'shaping), in the first steps of an episode (jump start), or by a higher first value '
-        '(head start)', choices=TRUSTS)
+        'none', 'How the confidence in the mentor is computed: none, by a schedule (3.6), by a '
+        'Beta belief (3.7), from the values of listening and discarding (3.11), as a factor on '
+        'the softmax (policy shaping), 1 in the first steps of an episode (jump_start), or from '
+        'a higher first action value (head_start)', choices=TRUSTS)
     excludes_refused: bool = _field(
-        False, 'A refused recommendation is left out of the own choice (3.2)')
+        False, 'An action that was recommended and not followed is excluded from the choice (3.2)')
     confidence: float = _field(
         0.9, 'First confidence p of scheduled trust (3.2), or how often advice is right in '
         'policy shaping', 0, 1)
@@ -72,49 +76,49 @@ class LearnerConfig:
     reuse_factor: float = _field(
         1.0, 'Factor on p of scheduled trust after each step of an episode (pi-reuse)', 0, 1)
     belief_listen: float = _field(
-        8.0, 'First alpha of the Beta belief, first value of listening (3.13), or head start of '
-        'the advice over the other actions', -ANY, ANY)
+        8.0, 'First alpha of the Beta belief, first value of listening (3.13), or what head_start '
+        'adds to the value of a recommended action', -ANY, ANY)
     belief_discard: float = _field(
         2.0, 'First beta of the Beta belief, or first value of discarding', -ANY, ANY)
     learns_prior: bool = _field(
-        False, 'The belief in a state never left begins at the mean over all states left, not at '
-        'the two numbers above (section 5.3)')
+        False, 'The first belief in a state is the mean over all states left before, not '
+        'belief_listen and belief_discard (section 5.3)')
     exploration_probability: float = _field(
-        0.4, 'Head start: chance to try an action that was never tried, where there is no advice; '
-        'with advice, times the share of all advice that is not the best action here', 0, 1)
+        0.4, 'head_start: probability of trying an action that was never tried; where there is '
+        'advice, times the share of all advice that is not the best action', 0, 1)
     trust_rate: float = _field(
         1.0, 'Rate of the Beta belief, gamma of (4.2), or weight of the new value, 1 - beta '
         'of (3.12)', 0, 1000)
     trust_rate_factor: float = _field(
         1.0, 'Factor on the rate of the Beta belief after each iteration', 0, 1)
-    sign_only: bool = _field(False, 'The Beta belief learns from the sign of delta alone')
+    sign_only: bool = _field(False, 'The Beta belief is updated by the sign of delta alone')
     bounded_belief: bool = _field(False, 'alpha and beta of the Beta belief are cut at 0')
     updates_both: bool = _field(
-        True, 'Explicit trust updates listening and discarding at every step (3.12), not only '
-        'what was done')
+        True, 'Explicit trust updates the values of listening and discarding at every step '
+        '(3.12), not only that of the branch taken')
     listen_temperature: float = _field(
         0.5, 'First temperature of the choice between listening and discarding (3.11)', TINY, ANY)
     listen_temperature_exponent: float = _field(
         0.55, 'That temperature falls with the visits n of the state as 1 / n^exponent', 0, 2)
     guided_steps: int = _field(
-        320, 'Jump start: the mentor leads the first steps of an episode, so many at first',
+        320, 'jump_start: number of first steps of an episode that the mentor guides, at first',
         0, 1_000_000)
     guided_stages: int = _field(
-        10, 'Jump start: it leads so many times, each time less far, then no more', 1, 1_000_000)
+        10, 'jump_start: number of stages in which the guided steps fall to 0', 1, 1_000_000)
     guided_tolerance: float = _field(
-        0.1, 'Jump start: it leads less far when an iteration is at most this share of the best '
-        'return worse than the best', 0, 1)
+        0.1, 'jump_start: the next stage begins when the return of an iteration is at most this '
+        'share below the best one', 0, 1)
     measuring_iterations: int = _field(
-        0, 'So many iterations at the beginning only measure and do not learn', 0, 1_000_000)
+        0, 'Number of first iterations that only measure and do not learn', 0, 1_000_000)
     iterations: int = _field(
-        400, 'Iterations to learn for, then rest (0: without end)', 0, 1_000_000_000)
+        400, 'Number of iterations (0: no limit)', 0, 1_000_000_000)
     episodes: int = _field(15, 'Episodes per iteration', 1, 1_000_000)
 
-    def __post_init__(self):
-        for row in fields(self):
-            _check(row, getattr(self, row.name))
+    def __post_init__(self) -> None:
+        for each in fields(self):
+            _check(each, getattr(self, each.name))
         if self.replays and self.visit_growth != 1.0:
-            raise ConfigError('visit_growth must be 1.0 where outcomes are replayed, '
+            raise ConfigError('visit_growth must be 1.0 where replays is true, '
                               f'got {self.visit_growth}')
         if self.trust == 'explicit' and self.trust_rate > 1:
             raise ConfigError('trust_rate must lie in [0, 1] where trust is explicit, '
@@ -123,50 +127,52 @@ class LearnerConfig:
             raise ConfigError('belief_listen and belief_discard must be above 0 where trust is '
                               f'beta, got {self.belief_listen} and {self.belief_discard}')
 
-    def numbers(self):
-        """Return the fields as `KernelConfig`, which compiled code takes: `trust` by its index."""
-        values = {row.name: getattr(self, row.name) for row in fields(self)}
+    def for_kernels(self) -> KernelConfig:
+        """Return the fields as a tuple for compiled code, with `trust` as its index in TRUSTS."""
+        values = {name: getattr(self, name) for name in CONFIG_FIELDS}
         return KernelConfig(**{**values, 'trust': TRUSTS.index(self.trust)})
 
-    def needs_mentor(self):
+    def needs_mentor(self) -> bool:
         """Tell whether a decision waits for a recommendation."""
         return self.trust != 'none'
 
 
-KernelConfig = namedtuple('Numbers', [row.name for row in fields(LearnerConfig)])
-CONFIG_FIELDS = {row.name: row for row in fields(LearnerConfig)}
+CONFIG_FIELDS = {each.name: each for each in fields(LearnerConfig)}
+KernelConfig: Any = namedtuple('KernelConfig', CONFIG_FIELDS)
+TYPES = {'bool': bool, 'int': int, 'float': float, 'str': str}  # as the fields are annotated
+KINDS = {bool: 'true or false', int: 'a whole number', float: 'a number such as 1.0', str: 'text'}
 
 
-def _check(row, value):
-    if type(value) is not row.type:
-        raise ConfigError(f'{row.name} must be {_kind(row.type)}, got {value!r}')
-    choices, low, high = (row.metadata.get(key) for key in ('choices', 'low', 'high'))
+def field_type(name: str) -> type:
+    """Type of the values of a field: bool, int, float or str."""
+    return TYPES[str(CONFIG_FIELDS[name].type)]
+
+
+def _check(each: Field[Any], value: Any) -> None:
+    kind = TYPES[str(each.type)]
+    if type(value) is not kind:
+        raise ConfigError(f'{each.name} must be {KINDS[kind]}, got {value!r}')
+    choices, low, high = (each.metadata.get(key) for key in ('choices', 'low', 'high'))
     if choices and value not in choices:
-        raise ConfigError(f'{row.name} must be one of {", ".join(choices)}, got {value!r}')
-    if low is not None and not low <= value <= high:  # nan, too, lies nowhere
-        raise ConfigError(f'{row.name} must lie in [{low}, {high}], got {value}')
+        raise ConfigError(f'{each.name} must be one of {", ".join(choices)}, got {value!r}')
+    if low is not None and not low <= value <= high:  # nan, too, is not in the range
+        raise ConfigError(f'{each.name} must lie in [{low}, {high}], got {value}')
 
 
-def _kind(kind):
-    return {bool: 'true or false', int: 'a whole number', float: 'a number such as 1.0',
-            str: 'a word'}[kind]
-
-
-def with_text(method, name, text):
+def with_text(config: LearnerConfig, name: str, text: str) -> LearnerConfig:
     """
-    Return the method with one field read from text, as in `--set NAME=TEXT`.
+    Return the settings with one field read from text, as in `--set NAME=TEXT`.
 
     Raises
     ------
-    MethodError: for an unknown field, a text of the wrong type, a value out of its range.
+    ConfigError: for an unknown field, a text of the wrong type, a value out of its range.
 
     """
     if name not in CONFIG_FIELDS:
         raise ConfigError(f'a method has no field {name!r}; it has {", ".join(CONFIG_FIELDS)}')
-    kind = CONFIG_FIELDS[name].type
-    words = {'true': True, 'false': False}
+    kind = field_type(name)
     try:
-        value = words[text.lower()] if kind is bool else kind(text)
+        value = {'true': True, 'false': False}[text.lower()] if kind is bool else kind(text)
     except (KeyError, ValueError):
-        raise ConfigError(f'{name} must be {_kind(kind)}, got {text!r}') from None
-    return replace(method, **{name: value})
+        raise ConfigError(f'{name} must be {KINDS[kind]}, got {text!r}') from None
+    return replace(config, **{name: value})

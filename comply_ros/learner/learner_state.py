@@ -1,77 +1,99 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The arrays that a learner carries."""
+"""The arrays that a learner learns in, and their digest."""
 
-from dataclasses import dataclass
+from __future__ import annotations
+
 import hashlib
+from typing import Any, cast, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-# schedule[...]
-CONFIDENCE, TEMPERATURE, TRUST_RATE, STAGE, BEST_RETURN = range(5)
-AGREED, MET, POOLED, POOLED_LISTEN, POOLED_DISCARD = range(5, 10)
+from comply_ros.learner.learner_config import LearnerConfig
+from comply_ros.world.mdp import World
+
 LISTEN, DISCARD, IN_POOL = range(3)  # belief[s, ...]
 
+# In a node the fields are memoryviews of the arrays: single elements come three times as fast.
+Array = NDArray[Any]
 
-@dataclass(frozen=True)
-class LearnerState:
+
+class LearnerState(NamedTuple):
     """
-    What a learner has learned; the order of the fields is the order of its digest.
+    What a learner has learned. Kernels change its arrays in place.
+
+    Scalars are arrays of one element. An array that a preset does not use has no elements, so a
+    new array changes no digest of the presets that were there before it.
 
     Attributes
     ----------
-    q: `q[s, a]`, float64: action values; -inf where the cell has no such action.
-    visits: `visits[s, a]`, float64: the c of the learning rate (2.26), from 1 upwards.
-    belief: `belief[s, 0]` for listening, `belief[s, 1]` for discarding, float64: alpha and beta
-    of (3.7), or the two values of (3.10); `belief[s, 2]`, 1 if it is in the pool of the prior.
-    arrivals: `arrivals[s]`, float64: how often s was left, from 1 upwards.
-    schedule: float64: the confidence p of (3.6), the temperature of (2.25), the rate of (4.2),
-    how many times a jump start was shortened, the best mean return of an iteration; how often
-    the advice was the best action, of how many times; of how many states the belief is pooled,
-    and the sums over them.
-    traces: `traces[s, a]`, float64: eligibility (2.20); no rows where the method has no traces.
-    trail: int64: how many traces are above 0, then `4 s + a` of each.
-    outcomes: `outcomes[s, a]` is the mean reward, the usual successor and its votes, float64; no
-    rows where the method does not replay.
+    q: `q[s, a]`, action values; -inf where the state does not have the action.
+    visits: `visits[s, a]`, the c of the learning rate (2.26), from 1 upwards.
+    belief: `belief[s, LISTEN]` and `belief[s, DISCARD]`: alpha and beta of (3.7), or the two
+        values of (3.10); `belief[s, IN_POOL]`: 1 if the state is in the pool of the prior.
+    departures: `departures[s]`, 1 + the number of actions taken in s.
+    confidence: the confidence p of scheduled trust (3.6).
+    temperature: of the softmax (2.25).
+    trust_rate: the rate gamma of (4.2).
+    guided_stage: how many times a jump start was shortened.
+    best_return: the best mean return of an iteration.
+    advice_agreed, advice_seen: how often the advice was the best action, of how many times.
+    pool_size, pool_listen, pool_discard: number of beliefs in the pool of the prior, and sums.
+    traces: `traces[s, a]`, eligibility (2.20); or `traces[s, 0]`, visited in this episode.
+    trail: int64: the number of traces above 0, then `4 s + a` of each.
+    outcomes: `outcomes[s, a]`: mean reward, most frequent successor, its votes.
 
     """
 
-    q: np.ndarray
-    visits: np.ndarray
-    belief: np.ndarray
-    arrivals: np.ndarray
-    schedule: np.ndarray
-    traces: np.ndarray
-    trail: np.ndarray
-    outcomes: np.ndarray
+    q: Array
+    visits: Array
+    belief: Array
+    departures: Array
+    confidence: Array
+    temperature: Array
+    trust_rate: Array
+    guided_stage: Array
+    best_return: Array
+    advice_agreed: Array
+    advice_seen: Array
+    pool_size: Array
+    pool_listen: Array
+    pool_discard: Array
+    traces: Array
+    trail: Array
+    outcomes: Array
 
-    @classmethod
-    def fresh(cls, world, method):
-        """Return the memory of a learner that has seen nothing of the world yet."""
-        states = len(world.terminal)
-        traced = states if method.trace_decay > 0 or method.replays else 0
-        first_belief = (method.belief_listen, method.belief_discard)
-        return cls(
-            q=np.where(world.available, method.initial_value, -np.inf),
-            visits=np.ones((states, 4)),
-            belief=np.tile(np.array((*first_belief, 0.0)), (states, 1)),
-            arrivals=np.ones(states),
-            schedule=np.array([method.confidence, method.temperature, method.trust_rate,
-                               0.0, -np.inf, 1.0, 1.0, 1.0, *first_belief]),
-            traces=np.zeros((traced, 4)),
-            trail=np.zeros(1 + 4 * traced, dtype=np.int64),
-            outcomes=np.zeros((states if method.replays else 0, 4, 3)))
+    def views(self) -> LearnerState:
+        """Return memoryviews of the same arrays, for kernels that run as plain Python."""
+        return LearnerState(*(cast(Any, memoryview(array)) for array in self))
 
-    def arrays(self):
-        """Return the arrays in the order of the fields, without copying them."""
-        return tuple(getattr(self, name) for name in self.__dataclass_fields__)
-
-    def views(self):
-        """Return the same arrays as memoryviews: single elements come three times as fast."""
-        return tuple(memoryview(array) for array in self.arrays())
-
-    def digest(self):
-        """SHA-256 (hex) over all arrays, in the order of the fields, little endian."""
+    def digest(self) -> str:
+        """SHA-256 (hex) over all elements as little-endian float64, field after field."""
         sha = hashlib.sha256()
-        for array in self.arrays():
+        for array in self:
             sha.update(array.astype('<f8').tobytes())
         return sha.hexdigest()
+
+
+def initial_state(world: World, config: LearnerConfig) -> LearnerState:
+    """State of a learner that has not seen anything of the world yet."""
+    states = len(world.terminal)
+    traced = states if config.trace_decay > 0 or config.replays else 0
+    first_belief = (config.belief_listen, config.belief_discard)
+
+    def scalar(value: float) -> Array:
+        return np.array([value])
+    return LearnerState(
+        q=np.where(world.available, config.initial_value, -np.inf),
+        visits=np.ones((states, 4)),
+        belief=np.tile(np.array((*first_belief, 0.0)), (states, 1)),
+        departures=np.ones(states),
+        confidence=scalar(config.confidence), temperature=scalar(config.temperature),
+        trust_rate=scalar(config.trust_rate),
+        guided_stage=scalar(0.0), best_return=scalar(-np.inf),
+        advice_agreed=scalar(1.0), advice_seen=scalar(1.0),
+        pool_size=scalar(1.0), pool_listen=scalar(first_belief[0]),
+        pool_discard=scalar(first_belief[1]),
+        traces=np.zeros((traced, 4)),
+        trail=np.zeros(1 + 4 * traced, dtype=np.int64),
+        outcomes=np.zeros((states if config.replays else 0, 4, 3)))

@@ -1,30 +1,33 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Values from remembered outcomes: where each action usually leads, and what it earns."""
+"""Model of the usual outcome of each action, and backups of action values from it."""
 
-from comply_ros.learner.eligibility_traces import end_traces
+from comply_ros.learner.eligibility_traces import clear_traces
+from comply_ros.learner.learner_config import KernelConfig
+from comply_ros.learner.learner_state import Array, LearnerState
 from comply_ros.numerics.jit import kernel
 from comply_ros.numerics.q_ops import max_q_except, NOTHING
 
 REWARD, SUCCESSOR, VOTES = range(3)  # outcomes[s, a, ...]
-THE_END = -1.0  # successor of an action that ends the episode in a terminal state
+TERMINAL = -1.0  # successor of an action that ends the episode in a terminal state
 
 
 @kernel
-def record_outcome(s, a, r, s2, done, count, outcomes):
+def record_outcome(s: int, a: int, r: float, s2: int, done: bool, count: float,
+                   outcomes: Array) -> None:
     """
-    Change outcomes[s, a] by one step; count: how often the action was taken here, with this step.
+    Change outcomes[s, a] by one transition; count: how often a was taken in s, this one included.
 
-    The successor is the one that most steps led to (majority vote of Boyer and Moore, which needs
-    no memory of the others), the reward the mean over the steps; a step that ends the episode
-    and one that does not are never averaged: a slip into the goal is not worth the goal.
+    The successor is the one that most transitions led to (majority vote of Boyer and Moore, which
+    needs no memory of the others), the reward the mean over the transitions. Transitions that end
+    the episode are never averaged with others: a slip into the goal does not have its reward.
     """
-    successor = THE_END if done else float(s2)
+    successor = TERMINAL if done else float(s2)
     if count == 1.0:
         outcomes[s, a, REWARD], outcomes[s, a, SUCCESSOR] = r, successor
         outcomes[s, a, VOTES] = 1.0
         return
     usual = outcomes[s, a, SUCCESSOR]
-    alike = (usual == THE_END) == done
+    alike = (usual == TERMINAL) == done
     if alike:
         outcomes[s, a, REWARD] += (r - outcomes[s, a, REWARD]) / count
     outcomes[s, a, VOTES] += 1.0 if successor == usual else -1.0
@@ -35,8 +38,8 @@ def record_outcome(s, a, r, s2, done, count, outcomes):
 
 
 @kernel
-def backup(s, discount, q, visits, outcomes):
-    """Change q[s]: of every action tried, its reward and the value of where it leads (2.10)."""
+def backup(s: int, discount: float, q: Array, visits: Array, outcomes: Array) -> None:
+    """Change q[s] of every action that was tried: its reward and its successor's value (2.10)."""
     for a in range(4):
         if visits[s, a] > 1.0:
             successor = int(outcomes[s, a, SUCCESSOR])
@@ -46,7 +49,7 @@ def backup(s, discount, q, visits, outcomes):
 
 
 @kernel
-def mark_visited(s, traces, trail):
+def mark_visited(s: int, traces: Array, trail: Array) -> None:
     """Change traces and trail: state s was visited in this episode, as the last new one."""
     if traces[s, 0] == 0.0:
         traces[s, 0] = 1.0
@@ -55,9 +58,9 @@ def mark_visited(s, traces, trail):
 
 
 @kernel
-def end_episode(method, q, visits, outcomes, traces, trail):
-    """Change q, if outcomes are replayed: refresh the episode's states, last first. End traces."""
-    if method.replays:
-        for i in range(trail[0], 0, -1):
-            backup(trail[i] >> 2, method.discount, q, visits, outcomes)
-    end_traces(traces, trail)
+def finish_episode(config: KernelConfig, state: LearnerState) -> None:
+    """Clear the traces; with a model, first back up the states of the episode, last one first."""
+    if config.replays:
+        for i in range(state.trail[0], 0, -1):
+            backup(state.trail[i] >> 2, config.discount, state.q, state.visits, state.outcomes)
+    clear_traces(state.traces, state.trail)

@@ -1,77 +1,66 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A learner whose method changes while it learns: what becomes of what it has learned."""
+"""Settings that change while a learner runs: the new settings, and what was learned under them."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from comply_ros.learner.learner_config import ConfigError
-from comply_ros.learner.learner_state import (
-    CONFIDENCE,
-    DISCARD,
-    IN_POOL,
-    LearnerState,
-    POOLED_DISCARD,
-    POOLED_LISTEN,
-    TEMPERATURE,
-    TRUST_RATE,
-)
+from comply_ros.learner.learner_config import ConfigError, LearnerConfig
+from comply_ros.learner.learner_state import DISCARD, IN_POOL, initial_state, LearnerState
+from comply_ros.world.mdp import World
 
-NOW = {'confidence': CONFIDENCE, 'temperature': TEMPERATURE, 'trust_rate': TRUST_RATE}
+IMMEDIATE = ('confidence', 'temperature', 'trust_rate')  # a change of these counts from now on
+MENTOR_FIELDS = ('guided_stage', 'best_return', 'advice_agreed', 'advice_seen', 'pool_size',
+                 'pool_listen', 'pool_discard')  # start again with another kind of trust
 
 
-def changed_method(method, changes, done):
+def changed_config(config: LearnerConfig, changes: dict[str, Any],
+                   iterations_done: int) -> LearnerConfig:
     """
-    Return the method with other values in some fields.
-
-    changes: table of values by field. done: iterations that are done.
+    Return the settings with other values in some fields; changes: values by field name.
 
     Raises
     ------
-    MethodError: for a value that cannot be at the start, or not any more.
+    ConfigError: for a value that is not allowed at all, or not while the learner runs.
 
     """
     iterations = changes.get('iterations', 0)
-    if iterations != method.iterations and 0 < iterations <= done:
-        raise ConfigError(f'iterations must be 0, or above the {done} that are done, '
+    if iterations != config.iterations and 0 < iterations <= iterations_done:
+        raise ConfigError(f'iterations must be 0, or above the {iterations_done} that are done, '
                           f'got {iterations}')
-    if changes.get('replays', method.replays) != method.replays:
-        raise ConfigError(f'replays must stay {str(method.replays).lower()} while a learner runs: '
-                          'what it remembers is of another kind, got '
-                          f'{str(changes["replays"]).lower()}')
-    return replace(method, **changes)
+    if changes.get('replays', config.replays) != config.replays:
+        raise ConfigError(f'replays must stay {str(config.replays).lower()} while a learner runs, '
+                          f'since its arrays differ, got {str(changes["replays"]).lower()}')
+    return replace(config, **changes)
 
 
-def changed_memory(memory, world, before, after):
+def changed_state(state: LearnerState, world: World, before: LearnerConfig,
+                  after: LearnerConfig) -> LearnerState:
     """
-    Return the `LearnerState` with which a learner goes on by another method.
+    Return the state with which a learner continues under other settings.
 
-    What was learned stays. A first value that changes holds for what was never tried or left yet;
-    confidence, temperature and trust_rate hold from now on. Trust of another kind begins anew, and
-    so do traces, where the method had none.
+    What was learned stays. A changed initial value counts for actions and states that were never
+    tried or left; confidence, temperature and trust_rate count from now on. Another kind of trust
+    starts again, and so do traces where the settings had none before.
     """
-    fresh = LearnerState.fresh(world, after)
-    arrays = {name: old.copy() if old.shape == new.shape else new for name, old, new in zip(
-        memory.__dataclass_fields__, memory.arrays(), fresh.arrays())}
-    changed = LearnerState(**arrays)
-    count_untried = (changed.visits == 1.0) & (changed.q == before.initial_value)
-    changed.q[count_untried] = after.initial_value
-    for name, place in NOW.items():
+    fresh = initial_state(world, after)
+    changed = LearnerState(*(old.copy() if old.shape == new.shape else new
+                             for old, new in zip(state, fresh)))
+    untried = (changed.visits == 1.0) & (changed.q == before.initial_value)
+    changed.q[untried] = after.initial_value
+    for name in IMMEDIATE:
         if getattr(before, name) != getattr(after, name):
-            changed.schedule[place] = getattr(after, name)
+            getattr(changed, name)[0] = getattr(after, name)
     if before.trust != after.trust:
-        changed.belief[...] = fresh.belief
-        changed.schedule[TRUST_RATE + 1:] = fresh.schedule[TRUST_RATE + 1:]
-    else:
-        _change_first_belief(changed, before, after)
-    return changed
-
-
-def _change_first_belief(memory, before, after):
-    """Change belief and pool where nothing was learned of the mentor yet."""
+        for name in ('belief', *MENTOR_FIELDS):
+            getattr(changed, name)[...] = getattr(fresh, name)
+        return changed
     old = np.array((before.belief_listen, before.belief_discard))
     new = np.array((after.belief_listen, after.belief_discard))
-    unknown = ((memory.arrivals == 1.0) & (memory.belief[:, IN_POOL] == 0.0)
-               & (memory.belief[:, :DISCARD + 1] == old).all(axis=1))
-    memory.belief[unknown, :DISCARD + 1] = new
-    memory.schedule[[POOLED_LISTEN, POOLED_DISCARD]] += new - old
+    unknown = ((changed.departures == 1.0) & (changed.belief[:, IN_POOL] == 0.0)
+               & (changed.belief[:, :DISCARD + 1] == old).all(axis=1))
+    changed.belief[unknown, :DISCARD + 1] = new
+    changed.pool_listen[0] += new[0] - old[0]
+    changed.pool_discard[0] += new[1] - old[1]
+    return changed

@@ -1,160 +1,195 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The same conversation in one process, as a compiled loop over many steps."""
+"""Training in one process: world, mentor and learner as one compiled loop over many steps."""
 
-from collections import namedtuple
+from __future__ import annotations
+
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from comply_ros.learner.agent import Agent, IterationResult
 from comply_ros.learner.confidence import apply_advice_prior
-from comply_ros.learner.learner_state import LearnerState, TEMPERATURE
-from comply_ros.learner.model import end_episode
-from comply_ros.learner.update_rules import choose, decay_schedules, DRAWS, learn
-from comply_ros.mentor.advice_budget import AdviceBudget, advise, watch
-from comply_ros.numerics.jit import compiled, forget, kernel, SPOILED
+from comply_ros.learner.exploration import choose
+from comply_ros.learner.learner_config import KernelConfig, LearnerConfig
+from comply_ros.learner.learner_state import Array, LearnerState
+from comply_ros.learner.model import finish_episode
+from comply_ros.learner.update_rules import learn
+from comply_ros.mentor.advice_budget import advise, AdviceBudget, watch
+from comply_ros.numerics.jit import kernel, specialized
 from comply_ros.numerics.rng import random_streams, UniformRows
-from comply_ros.numerics.summation import mean_in_order
 from comply_ros.world.grid import NO_ACTION
-from comply_ros.world.mdp import first_state, taken_action
+from comply_ros.world.mdp import first_state, taken_action, World
 
-EPISODE, STEP, STATE, ACTION, SAID = range(5)  # place[...]: where the walk is
-FIRST_PLACE = np.array((0, -1, 0, 0, NO_ACTION))
-WEIGHED, TRUSTED = range(2)  # tally[...]: decisions with advice, the sum of their confidences
 
-IterationResult = namedtuple('Iteration', 'number mean_return confidence temperature steps')
-IterationResult.__doc__ = """One mini-batch of episodes.
+class Position(NamedTuple):
+    """
+    Where a training is in its iteration.
 
-number: from 1. mean_return: per episode. confidence: mean p over the decisions that had advice
-(nan without any). temperature: of the softmax in it. steps: actions taken.
-"""
+    Attributes
+    ----------
+    episode: of the iteration, from 0.
+    step: of the episode, -1 before its first state.
+    s, a, advice: the last state, the action taken there, and the mentor's advice.
+
+    """
+
+    episode: int
+    step: int
+    s: int
+    a: int
+    advice: int
+
+
+class WorldArrays(NamedTuple):
+    """The attributes of a `World` that kernels need."""
+
+    successor: Array
+    reward: Array
+    slips: Array
+    terminal: Array
+    starts: Array
+    intended: float
+    step_limit: int
+
+
+class MentorArrays(NamedTuple):
+    """The arrays of an `AdviceBudget`."""
+
+    policy: Array
+    important: Array
+    advised: Array
+    remaining: Array
+    last_actions: Array
 
 
 class Training:
     """
-    A learner, its world and its mentor in one process.
+    An agent, its world and its mentor in one process: the bits of the three nodes.
 
     Parameters
     ----------
-    world: the `World`.
-    advice: `advice[s]`, int8: the mentor's action, -1 for none; or an `AdviceBudget`, which
-        remembers what it has said.
-    method: the `LearnerConfig`.
-    seed: of the world's and the learner's random numbers.
+    world: the world.
+    advice: `advice[s]`, the mentor's action, -1 for none; or an `AdviceBudget`.
+    config: the settings of the learner.
+    seed: of the random numbers of world and learner.
 
     Attributes
     ----------
-    memory: the learner's `LearnerState`.
+    agent: the agent, with what it has learned.
     returns, lengths: of the episodes of the last iteration.
 
     """
 
-    def __init__(self, world, advice, method, seed):
-        self.world, self.method = world, method
-        self.memory = LearnerState.fresh(world, method)
-        world_stream, learner_stream = random_streams(seed)
-        self._draws = UniformRows(world_stream, 1), UniformRows(learner_stream, DRAWS)
-        if not method.needs_mentor():
+    def __init__(self, world: World, advice: ArrayLike | AdviceBudget, config: LearnerConfig,
+                 seed: int) -> None:
+        self.agent = Agent(config, seed)
+        self.agent.start(world)
+        self._moves = UniformRows(random_streams(seed)[0], 1)
+        if not config.needs_mentor():
             advice = np.full(len(world.terminal), NO_ACTION)
-        self._mentor = advice if isinstance(advice, AdviceBudget) else AdviceBudget(world, advice)
-        self._numbers = method.numbers()
-        self.iterations_done = 0
-        try:
-            self._compile()
-        except SPOILED:
-            forget()
-            self._compile()
-
-    def iterate(self):
-        """Play one mini-batch of episodes and return its `IterationResult`."""
-        learns = self.iterations_done >= self.method.measuring_iterations
-        self.returns = np.zeros(self.method.episodes)
-        self.lengths = np.zeros(self.method.episodes, dtype=np.int64)
-        tally = np.zeros(2)
-        place = FIRST_PLACE.copy()
-        temperature = float(self.memory.schedule[TEMPERATURE])
-        while place[EPISODE] < self.method.episodes:
-            self._play_a_block(learns, place, tally)
-        mean = mean_in_order(self.returns.tolist())
-        decay_schedules(mean, self._numbers, self.memory.schedule)
-        self.iterations_done += 1
-        confidence = float(tally[TRUSTED] / tally[WEIGHED]) if tally[WEIGHED] else float('nan')
-        return IterationResult(self.iterations_done, mean, confidence, temperature,
-                         int(self.lengths.sum()))
-
-    def _compile(self):
-        """Play nothing at all, so that the first iteration need not wait for the compiler."""
-        self._play = compiled(play)
+        mentor = advice if isinstance(advice, AdviceBudget) else AdviceBudget(world, advice)
+        self._mentor = MentorArrays(*mentor.arrays())
+        self._world = WorldArrays(world.successor, world.reward, world.slips, world.terminal,
+                                  world.starts, float(world.grid.intended), world.grid.step_limit)
         self.returns, self.lengths = np.zeros(0), np.zeros(0, dtype=np.int64)
-        self._play_a_block(False, FIRST_PLACE.copy(), np.zeros(2))
+        self._compiled_play = specialized(play, *self._arguments(
+            False, Position(0, -1, 0, 0, NO_ACTION), np.zeros(2)))
 
-    def _play_a_block(self, learns, place, tally):
-        """Change place, tally, returns, lengths and the memory: as far as the draws reach."""
-        world, (moves, decisions) = self.world, self._draws
-        used = self._play(
-            learns, world.grid.step_limit, float(world.grid.intended), world.starts,
-            world.successor, world.reward, world.slips, world.terminal, *self._mentor.arrays(),
-            self._numbers, *self.memory.arrays(), place, tally, self.returns, self.lengths,
-            moves.block(), decisions.block())
-        moves.use(used)
-        decisions.use(used)
+    @property
+    def state(self) -> LearnerState:
+        """What the agent has learned."""
+        return self.agent.state
+
+    @property
+    def iterations_done(self) -> int:
+        """Number of iterations so far."""
+        return self.agent.iterations_done
+
+    def iterate(self) -> IterationResult:
+        """Play one mini-batch of episodes and return its result."""
+        episodes = self.agent.config.episodes
+        self.returns, self.lengths = np.zeros(episodes), np.zeros(episodes, dtype=np.int64)
+        confidences = np.zeros(2)
+        position = Position(0, -1, 0, 0, NO_ACTION)
+        while position.episode < episodes:
+            position = self._play(self.agent.learns, position, confidences)
+        steps = int(self.lengths.sum())
+        self.agent.steps += steps
+        return self.agent.finish_iteration(self.returns.tolist(), confidences[0], confidences[1],
+                                           steps)
+
+    def _play(self, learns: bool, position: Position, confidences: Array) -> Position:
+        """Play as far as the random numbers of a block reach, and return the new position."""
+        count, position = self._compiled_play(*self._arguments(learns, position, confidences))
+        self._moves.use(count)
+        self.agent.draws.use(count)
+        return position
+
+    def _arguments(self, learns: bool, position: Position, confidences: Array) -> tuple[Any, ...]:
+        return (learns, self._world, self._mentor, self.agent.kernel_config, self.agent.state,
+                position, self.returns, self.lengths, confidences, self._moves.block(),
+                self.agent.draws.block())
 
 
 @kernel
-def play(learns, step_limit, intended, starts, successor, reward, slips, terminal,
-         policy, worth, told, left, did, method,
-         q, visits, belief, arrivals, schedule, traces, trail, outcomes,
-         place, tally, returns, lengths,
-         moves, decisions):
+def play(learns: bool, world: WorldArrays, mentor: MentorArrays, config: KernelConfig,
+         state: LearnerState, position: Position, returns: Array, lengths: Array,
+         confidences: Array, moves: Array, decisions: Array) -> tuple[int, Position]:
     """
-    Change place, tally, returns, lengths and the learner's arrays; return the states met.
+    Change the arrays; return the number of states visited and the new position.
 
-    Plays until the iteration has all its episodes or the draws are used up, whichever is first.
-    place: episode of the iteration, step (-1 before the first state), state, action, and what
-    the mentor said there.
+    Plays until the iteration has all its episodes or the random numbers are used up.
+
+    Parameters
+    ----------
+    returns, lengths: of the episodes of the iteration.
+    confidences: number of decisions with advice, and the sum of their confidences.
+    moves, decisions: uniforms of the world and of the learner, a row for each state.
+
     """
-    episode, step, s, a, msg = (
-        place[EPISODE], place[STEP], place[STATE], place[ACTION], place[SAID])
-    met, most = 0, min(len(moves), len(decisions))
-    while met < most and episode < len(returns):
-        r, s2, done, over = next_state(step, s, a, moves[met, 0], step_limit, intended, starts,
-                                       successor, reward, slips, terminal)
-        a2, said2 = NO_ACTION, NO_ACTION
+    episode, step, s, a, advice = (
+        position.episode, position.step, position.s, position.a, position.advice)
+    count, most = 0, min(len(moves), len(decisions))
+    while count < most and episode < len(returns):
+        r, s2, done, over = next_state(step, s, a, moves[count, 0], world)
+        a2, advice2 = NO_ACTION, NO_ACTION
         if not done:
-            said2 = advise(s2, policy, worth, told, left, did)
+            advice2 = advise(s2, mentor.policy, mentor.important, mentor.advised,
+                             mentor.remaining, mentor.last_actions)
             if learns:
-                apply_advice_prior(s2, said2, method, q, visits, belief, schedule)
-            a2, p = choose(s2, said2, step + 1, decisions[met, 0], decisions[met, 1], method,
-                           q, visits, belief, arrivals, schedule, traces, trail, outcomes)
-            if not over:  # the last choice of a truncated episode is never seen
-                watch(s2, a2, did)
-            if said2 != NO_ACTION:
-                tally[WEIGHED] += 1.0
-                tally[TRUSTED] += p
+                apply_advice_prior(s2, advice2, config, state)
+            a2, p = choose(s2, advice2, step + 1, decisions[count, 0], decisions[count, 1],
+                           config, state)
+            if not over:  # the last choice of a truncated episode is never published
+                watch(s2, a2, mentor.last_actions)
+            if advice2 != NO_ACTION:
+                confidences[0] += 1.0
+                confidences[1] += p
         if step >= 0:
             returns[episode] += r
             if learns:
-                learn(s, a, r, s2, a2, done, msg, method,
-                      q, visits, belief, arrivals, schedule, traces, trail, outcomes)
-        met += 1
-        step, s, a, msg = step + 1, s2, a2, said2
+                learn(s, a, r, s2, a2, done, advice, config, state)
+        count += 1
+        step, s, a, advice = step + 1, s2, a2, advice2
         if over:
-            end_episode(method, q, visits, outcomes, traces, trail)
+            finish_episode(config, state)
             lengths[episode] = step
             episode, step = episode + 1, -1
-    place[EPISODE], place[STEP], place[STATE] = episode, step, s
-    place[ACTION], place[SAID] = a, msg
-    return met
+    return count, Position(episode, step, s, a, advice)
 
 
 @kernel
-def next_state(step, s, a, u, step_limit, intended, starts, successor, reward, slips, terminal):
+def next_state(step: int, s: int, a: int, u: float,
+               world: WorldArrays) -> tuple[float, int, bool, bool]:
     """
     Return reward, state, whether it is terminal, and whether the episode ends there.
 
     step: -1 before the first state of an episode. u: uniform in [0, 1).
     """
     if step < 0:
-        return 0.0, first_state(u, starts), False, False
-    b = taken_action(s, a, u, intended, slips)
-    s2 = successor[s, b]
-    done = terminal[s2]
-    return reward[s, b], s2, done, done or step + 1 == step_limit
+        return 0.0, first_state(u, world.starts), False, False
+    b = taken_action(s, a, u, world.intended, world.slips)
+    s2 = world.successor[s, b]
+    done = world.terminal[s2]
+    return world.reward[s, b], s2, done, done or step + 1 == world.step_limit

@@ -59,6 +59,28 @@ def run_compiled(entry, *arguments):
         return compiled(entry)(*arguments)
 
 
+def specialized(entry, *arguments):
+    """
+    Return entry compiled for the types of these arguments, to be called with no others.
+
+    A call costs a tenth of one of `compiled`, which looks at the type of every array each time.
+    """
+    try:
+        return _overload(compiled(entry), arguments)
+    except SPOILED:
+        forget()
+        return _overload(compiled(entry), arguments)
+
+
+def _overload(function, arguments):
+    if not hasattr(function, 'overloads'):  # there is no compiler
+        return function
+    from numba import typeof
+    types = tuple(map(typeof, arguments))
+    function.compile(types)
+    return function.overloads[types].entry_point
+
+
 def forget():
     """Delete what was compiled before, for a start from the sources."""
     shutil.rmtree(cache_folder() / 'kernels', ignore_errors=True)

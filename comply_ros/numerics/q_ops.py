@@ -1,13 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What can be asked of the action values of one state."""
+"""Operations on the action values of one state."""
+
+from typing import Any
+
+from numpy.typing import NDArray
 
 from comply_ros.numerics.jit import kernel
 
-NOTHING = -1e308  # below every action value of an action that the cell has
+NOTHING = -1e308  # below the value of every action that the state has
 
 
 @kernel
-def max_q_except(s, excluded, q):
+def max_q_except(s: int, excluded: int, q: NDArray[Any]) -> float:
     """Highest action value in state s without the excluded action, or NOTHING: (2.17), (3.12)."""
     best = NOTHING
     for a in range(4):
@@ -17,8 +21,8 @@ def max_q_except(s, excluded, q):
 
 
 @kernel
-def count_untried(s, q, visits):
-    """How many actions of state s were never tried."""
+def count_untried(s: int, q: NDArray[Any], visits: NDArray[Any]) -> int:
+    """Number of actions of state s that were never tried."""
     count = 0
     for a in range(4):
         count += int(q[s, a] > NOTHING and visits[s, a] == 1.0)

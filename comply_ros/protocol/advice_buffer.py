@@ -1,91 +1,105 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the mentor has said, state by state, and which questions it may have been asked."""
+"""The newest advice by state, and whether a mentor's advice is still valid."""
 
 import numpy as np
+from numpy.typing import NDArray
 
-from comply_ros.protocol.messages import Ignored, Recommendation, Rejected, step_id
+from comply_ros.protocol.messages import (
+    Ignored,
+    Outputs,
+    Recommendation,
+    Rejected,
+    step_id,
+    StepId,
+)
 from comply_ros.protocol.validation import validate_recommendation
 from comply_ros.world.grid import NO_ACTION
+from comply_ros.world.mdp import World
 
-QUESTIONS = 1000  # past questions to which late advice is still heard
+REMEMBERED = 1000  # past observations for which late advice still counts
 
 
 class AdviceBuffer:
     """
-    The newest advice in every state, heard only where it belongs to a question that was asked.
+    The newest advice in every state. Advice counts only for an observation that was made.
 
     Parameters
     ----------
-    run: number of the run that the questions belong to.
-    newest: turn of the last question so far.
+    run: the run of the observations.
+    newest: step id of the last observation so far.
 
     """
 
-    def __init__(self, run=None, newest=(0, -1)):
+    def __init__(self, run: int | None = None, newest: StepId = (0, -1)) -> None:
         self._run, self._newest = run, newest
-        self._heard, self._asked, self._early = {}, {}, None
+        self._advice: dict[int, Recommendation] = {}
+        self._observed: dict[StepId, int] = {}
+        self._early: Recommendation | None = None
 
-    def forget(self):
-        """Forget all advice; which questions were asked is still known."""
-        self._heard.clear()
+    def forget(self) -> None:
+        """Forget all advice; the observations stay known."""
+        self._advice.clear()
 
-    def ask(self, msg):
-        """Remember a question; return advice that came before it, or None."""
-        self._newest = step_id(msg)
-        self._asked[self._newest] = msg.state
-        if len(self._asked) > QUESTIONS:
-            del self._asked[next(iter(self._asked))]
+    def add_observation(self, step: StepId, state: int) -> Recommendation | None:
+        """Remember an observation; return advice that came before it, or None."""
+        self._newest = step
+        observed = self._observed
+        observed[step] = state
+        if len(observed) > REMEMBERED:
+            del observed[next(iter(observed))]
         early, self._early = self._early, None
         return early
 
-    def last(self, state):
-        """Return the newest `Recommendation` in a state, None before."""
-        return self._heard.get(state)
+    def newest_advice(self, state: int) -> Recommendation | None:
+        """Return the newest advice in a state, None if there is none."""
+        return self._advice.get(state)
 
-    def hear(self, msg, world):
-        """Return whether advice counts, and what is to be said about it if not."""
+    def add_advice(self, msg: Recommendation, world: World) -> tuple[bool, Outputs]:
+        """Return whether advice counts, and why not."""
         problem = validate_recommendation(msg, world)
         if problem:
             return False, (problem,)
-        state = self._asked.get(step_id(msg))
+        here = step_id(msg)
+        state = self._observed.get(here)
         if state is None:
-            return False, self._hear_without_question(msg)
+            return False, self._without_observation(msg)
         if state != msg.state:
-            return False, (Rejected('advice for another state', f'a recommendation in turn '
-                                   f'{step_id(msg)} must be for state {state}, got {msg.state}'),)
-        last = self._heard.get(state)
-        counts = last is None or step_id(msg) > step_id(last)
+            return False, (Rejected('advice for another state', 'a recommendation for step id '
+                                    f'{here} must be for state {state}, got {msg.state}'),)
+        last = self._advice.get(state)
+        counts = last is None or here > step_id(last)
         if counts:
-            self.note(msg)
+            self._advice[state] = msg
         return counts, ()
 
-    def note(self, msg):
-        """Remember advice that counts."""
-        self._heard[msg.state] = msg
+    def restore_advice(self, msg: Recommendation) -> None:
+        """Remember advice from a journal, which counted when it was received."""
+        self._advice[msg.state] = msg
 
-    def _hear_without_question(self, msg):
-        if step_id(msg) <= self._newest:
-            return (Ignored('advice too late', f'dropped a recommendation of turn {step_id(msg)}: '
-                            'it came late, or twice'),)
+    def _without_observation(self, msg: Recommendation) -> Outputs:
+        here = step_id(msg)
+        if here <= self._newest:
+            return (Ignored('advice too late', f'ignored a recommendation for step id {here}: it '
+                            'came late, or twice'),)
         before, self._early = self._early, msg
-        if before is None or step_id(before) == step_id(msg) or not self._asked:
+        if before is None or step_id(before) == here or not self._observed:
             return ()
-        return (Rejected('advice for no question', 'a recommendation must be for a question that '
-                        f'was asked, got turn {step_id(before)} after turn {self._newest}'),)
+        return (Rejected('advice without observation', 'a recommendation must be for an '
+                         f'observation that was made, got step id {step_id(before)} after '
+                         f'{self._newest}'),)
 
-    def advice(self, states):
-        """Return `advice[s]`, int8: the newest action in a state, -1 where nothing was said."""
+    def advice(self, states: int) -> NDArray[np.int8]:
+        """Return `advice[s]`: the newest action in a state, -1 where there is none."""
         advice = np.full(states, NO_ACTION, dtype=np.int8)
-        advice[list(self._heard)] = [msg.action for msg in self._heard.values()]
+        advice[list(self._advice)] = [msg.action for msg in self._advice.values()]
         return advice
 
-    def arrays(self):
-        """Return `heard[n]`, int64: state, episode, step and action of every newest advice."""
-        rows = [(each.state, each.episode, each.step, each.action)
-                for each in self._heard.values()]
-        return {'heard': np.array(rows, dtype=np.int64).reshape(-1, 4)}
+    def arrays(self) -> dict[str, NDArray[np.int64]]:
+        """Return `advice[n]`: state, episode, step and action of every newest advice."""
+        rows = [(msg.state, msg.episode, msg.step, msg.action) for msg in self._advice.values()]
+        return {'advice': np.array(rows, dtype=np.int64).reshape(-1, 4)}
 
-    def restore(self, arrays):
-        """Change into what those arrays were."""
-        self._heard = {state: Recommendation(self._run, episode, step, state, action)
-                       for state, episode, step, action in arrays['heard'].tolist()}
+    def load_arrays(self, arrays: dict[str, NDArray[np.int64]]) -> None:
+        """Take over the advice that `arrays` returned."""
+        self._advice = {state: Recommendation(self._run or 0, episode, step, state, action)
+                        for state, episode, step, action in arrays['advice'].tolist()}

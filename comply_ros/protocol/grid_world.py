@@ -1,251 +1,284 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The grid world in the conversation: an action in, the next state out."""
+"""The grid world as a state machine: actions in, the next observations out."""
 
-from collections import Counter, deque
+from __future__ import annotations
+
+from collections import deque
+from typing import Any
 
 from comply_ros.numerics.rng import random_streams, UniformRows
 from comply_ros.protocol.messages import (
+    Action,
     ANYONE,
-    describe,
+    describe_world,
     Episode,
     grid_from_description,
     Ignored,
     Inactive,
     NO_RUN,
     Notice,
+    Outputs,
     Rejected,
     REPORTS,
     StateReward,
     step_id,
+    WorldDescription,
 )
 from comply_ros.protocol.pause_gate import PauseGate
 from comply_ros.protocol.validation import rejected_run, validate_confidence
-from comply_ros.world.grid import NO_ACTION
+from comply_ros.world.grid import Grid, NO_ACTION
 from comply_ros.world.mdp import first_state, taken_action, World
 
-RELEASE = 3.0  # seconds without a sign of its learner after which a run takes any learner
-REMARKS = 4  # times that another world is answered; one that is still there then is no ghost
+RELEASE = 3.0  # seconds without a message of its learner after which a run takes any learner
+ESTABLISHED = 3.0  # seconds after which a world has received those that were there before it
+NEWER, NEWER_LOWER, OLDER, OLDER_LOWER = 2, 3, 5, 7  # see `_messages_until_inactive`
+MOST_ANSWERS = 8  # messages of another world that are answered
 OTHERS = 64  # other worlds that are told apart
 
 
 class GridWorld:
     """
-    Asks one question at a time: the current state. An answer to it brings the next.
+    Publishes one observation at a time; an action for it brings the next.
 
-    The first learner that answers keeps the run: others are refused. Of two worlds on the same
-    topics the one that is answered goes on, or else the one that began first.
+    The first learner that answers owns the run; actions of others are rejected. Of two worlds on
+    the same topics the one that was answered continues, or else the one that was there first.
 
     Parameters
     ----------
-    grid: the `Grid`.
-    name: what to call it.
+    grid: the map.
+    name: of the map.
     run: number that tells this run from every other.
     seed: of starts and slips.
-    began: when the run began, in seconds since 1970.
+    began: system time at the start of the run, in seconds since 1970, for people to read.
 
     Attributes
     ----------
-    description: the `WorldDescription`.
-    question: the `StateReward` that is open.
-    signs: how often the learner gave a sign of life without an answer.
-    told: the `Action` that was taken and is to be kept before the next question is said.
-    begins: True when its state does not follow from what it was told, and is to be kept whole.
-    aside: whether another world has these topics.
-    reports: the last `Episode` said.
-    pacing: the `PauseGate` of its questions.
+    description: of the run.
+    observation: the one that is open.
+    learner_messages: messages of the learner that did not answer the open observation.
+    journal_entries, needs_checkpoint: as in `Learner`.
+    inactive: whether another world owns these topics.
+    reports: the last reports of episodes that were published.
+    pause_gate: holds the observations while the world is paused or paced.
 
     """
 
-    def __init__(self, grid, name, run, seed, began=0.0):
+    def __init__(self, grid: Grid, name: str, run: int, seed: int, began: float = 0.0) -> None:
         self._world, self._seed = World(grid), seed
         self._draws = UniformRows(random_streams(seed)[0], 1)
         self._limit, self._intended = grid.step_limit, float(grid.intended)
-        self._successor = memoryview(self._world.successor)
-        self._reward = memoryview(self._world.reward)
-        self._slips = memoryview(self._world.slips)
-        self._starts, self._terminal = grid.starts, self._world.terminal.tolist()
-        self.description = describe(grid, name, run, began)
-        self.told, self.begins, self.aside, self.signs = [], True, False, 0
-        self.reports, self.pause_gate = deque(maxlen=REPORTS), PauseGate()
-        self._total, self._learner, self._others = 0.0, ANYONE, Counter()
-        self._signs = 0  # until the question that is open now
-        self.question = self._begin(episode=1)
+        self._successor: Any = memoryview(self._world.successor)
+        self._reward: Any = memoryview(self._world.reward)
+        self._slips: Any = memoryview(self._world.slips)
+        self._terminal: Any = memoryview(self._world.terminal)
+        self._starts = grid.starts
+        self.description = describe_world(grid, name, run, began)
+        self.journal_entries: list[Action] = []
+        self.needs_checkpoint, self.inactive, self.learner_messages = True, False, 0
+        self.reports: deque[Episode] = deque(maxlen=REPORTS)
+        self.pause_gate = PauseGate()
+        self._return, self._learner = 0.0, ANYONE
+        self._others: dict[int, tuple[int, bool]] = {}  # messages, and whether it came later
+        self._messages_before = 0  # of the learner, when the open observation was published
+        self.observation = self._start_episode(1)
 
     @property
-    def turns(self):
-        """States that were said so far."""
+    def step_count(self) -> int:
+        """Number of observations so far."""
         return self._draws.used
 
-    def allow_gap(self):
-        """Do nothing about a gap in what was heard: its question is open until it is answered."""
+    def allow_gap(self) -> None:
+        """Do nothing: the observation stays open until it is answered."""
 
-    def waiting_for(self):
-        """Text of what this world needs before it can go on; None where it only paces itself."""
+    def waiting_for(self) -> str | None:
+        """Text of what this world needs to continue; None where it only paces itself."""
         if self.pause_gate.paused or self.pause_gate.held:
             return None
-        why = ('its learner is there, and waits itself' if self.signs > self._signs
+        why = ('its learner is there, and waits itself'
+               if self.learner_messages > self._messages_before
                else 'is a learner running, or has it finished?')
-        return f'an action in episode {self.question.episode}, step {self.question.step}: {why}'
+        return f'an action in episode {self.observation.episode}, step ' \
+               f'{self.observation.step}: {why}'
 
-    def on_world(self, msg):
+    def on_world(self, msg: WorldDescription, age: float) -> Outputs:
         """
-        Return what is to be said about a world that speaks on the topics of this one.
+        Return outputs for another world on the topics of this one.
 
-        This one is said again: a world that is alive answers that, one that is gone does not.
+        This world publishes its description again; a world that is alive answers that, one that
+        is gone does not. After some answers one of the two becomes inactive
+        (`_messages_until_inactive`). No system clock decides which of them came first.
+
+        age: seconds since this world started, by a steady clock.
 
         Raises
         ------
-        ValueError: if it cannot be a world.
+        ValueError: if the message does not describe a world.
 
         """
         mine = self.description
-        if msg.run in (mine.run, mine.replaces) or self.aside:
+        if msg.run in (mine.run, mine.replaces) or self.inactive:
             return ()
-        times = self._others[msg.run] + 1
-        if times > REMARKS or len(self._others) >= OTHERS and times == 1:
+        count, came_later = self._others.get(msg.run, (0, age > ESTABLISHED))
+        if count == MOST_ANSWERS or not count and len(self._others) >= OTHERS:
             return ()
         grid_from_description(msg)
-        self._others[msg.run] = times
-        answered = step_id(self.question) != (1, 0)
-        first = answered or (mine.began, mine.run) < (msg.began, msg.run)
-        if first and (answered or times < REMARKS):
-            return (Rejected('another world', f'run {msg.run} of another world speaks here too: '
-                            'it is told to stand aside'), mine)
-        if times == 1:
-            return (mine,)
-        self.aside = True
-        return (Inactive(f'another world, {msg.name!r}, came first and keeps these topics for its '
-                      f'run {msg.run}: end this one, or give it a namespace of its own'),)
+        self._others[msg.run] = count + 1, came_later
+        most = self._messages_until_inactive(msg.run, came_later)
+        if count + 1 < most:
+            remark = Rejected('another world', f'run {msg.run} of another world is published here '
+                              'too: it must become inactive')
+            return (mine,) if most == NEWER else (remark, mine)
+        self.inactive = True
+        return (Inactive(f'another world, {msg.name!r}, came first and owns these topics for its '
+                         f'run {msg.run}: stop this world, or give it a namespace of its own'),)
 
-    def on_action(self, msg):
+    def _messages_until_inactive(self, other_run: int, came_later: bool) -> int:
         """
-        Return the `StateReward` that follows (an `Episode` before it, if one ends).
+        Return after how many messages of another world this one becomes inactive.
 
-        An answer to an earlier question is dropped; one that cannot be right is `Rejected`.
+        Never, if it was answered. Else a world that was there before the other one waits longer
+        than one that was not; of two worlds alike the lower number of a run waits longer. Both
+        worlds count the same messages, so the one that waits longer stays.
         """
-        asked = self.question
-        if self.aside:
+        if step_id(self.observation) != (1, 0):
+            return MOST_ANSWERS + 1
+        lower = self.description.run < other_run
+        if came_later:
+            return OLDER_LOWER if lower else OLDER
+        return NEWER_LOWER if lower else NEWER
+
+    def on_action(self, msg: Action) -> Outputs:
+        """
+        Return the next observation (the report of an episode before it, if one ends).
+
+        An action for an earlier observation is ignored; one that cannot be right is rejected.
+        """
+        if self.inactive:
             return ()
-        problem = self._validate_sender(msg)
+        observation = self.observation
+        here, there = (msg.episode, msg.step), (observation.episode, observation.step)
+        if here != there or msg.run != observation.run or msg.learner != self._learner:
+            problem = self._validate_origin(msg)
+            if problem:
+                return (problem,)
+            if here < there:
+                self.learner_messages += 1
+                return (Ignored('action too late', f'ignored an action for step id {here}: it '
+                                'came late, or twice'),)
+        problem = self._validate_action(msg, observation)
         if problem:
             return (problem,)
-        if step_id(msg) < step_id(asked):
-            self.signs += 1
-            return (Ignored('action too late', f'dropped an action of turn {step_id(msg)}: it came '
-                            'late, or twice'),)
-        problem = self._validate_action(msg, asked)
-        if problem:
-            return (problem,)
-        self._learner, self._signs = msg.learner, self.signs
-        self.told.append(msg)
-        return self.pause_gate.admit(self._go_on(msg.action))
+        self._learner, self._messages_before = msg.learner, self.learner_messages
+        self.journal_entries.append(msg)
+        return self.pause_gate.admit(self._take(msg.action))
 
-    def reset(self, run, began):
+    def reset(self, run: int, began: float) -> Outputs:
         """
-        Begin a new run, as at a fresh start; return what is to be said. A pause goes on.
+        Start a new run, as at a fresh start; return outputs. A pause continues.
 
-        run: its number. began: now, in seconds since 1970.
+        run: its number. began: system time, in seconds since 1970.
         """
         before = self.description.run
         self.description = self.description._replace(run=run, began=began, replaces=before)
         self._draws = UniformRows(random_streams(self._seed)[0], 1)
         self.reports.clear()
-        self._learner, self._others, self._signs = ANYONE, Counter(), self.signs
-        self.question, self.begins = self._begin(episode=1), True
-        return (Notice(f'begins anew: run {run} takes the place of run {before}'),
-                self.description, *self.pause_gate.restart((self.question,)))
+        self._learner, self._others = ANYONE, {}
+        self._messages_before = self.learner_messages
+        self.observation, self.needs_checkpoint = self._start_episode(1), True
+        return (Notice(f'starts again: run {run} replaces run {before}'),
+                self.description, *self.pause_gate.restart((self.observation,)))
 
-    def ask_again(self, silence):
+    def repeat(self, silence: float) -> Outputs:
         """
-        Return the question again, which had no answer and no sign of the learner for so long.
+        Return the open observation again.
 
-        silence: in seconds. After a while any learner may answer, and the world is said again too.
+        After a while any learner may answer, and the description is published again too.
+
+        silence: seconds without an action and without a message of the learner.
+
         """
-        if self.aside:
+        if self.inactive:
             return ()
         if silence < RELEASE:
-            return (self.question,)
+            return (self.observation,)
         self._learner = ANYONE
-        self.question = self.question._replace(learner=ANYONE)
-        return (self.description, self.question)
+        self.observation = self.observation._replace(learner=ANYONE)
+        return (self.description, self.observation)
 
-    def state(self):
-        """Return all that it needs to go on later: facts that JSON can write, and no arrays."""
+    def state_dict(self) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Return everything needed to continue later: values for JSON, and no arrays."""
         return {'run': self.description.run, 'began': self.description.began,
-                'replaces': self.description.replaces,
-                'draws': self._draws.used, 'question': self.question, 'total': self._total,
+                'replaces': self.description.replaces, 'observations': self._draws.used,
+                'observation': self.observation, 'return': self._return,
                 'learner': self._learner, 'reports': list(self.reports)}, {}
 
-    def restore(self, facts, arrays, told):
-        """Change into what a state was, then move again by what was told since."""
+    def load_state_dict(self, values: dict[str, Any], arrays: dict[str, Any],
+                        journal: list[Action]) -> None:
+        """Continue from a checkpoint, then repeat the actions of its journal."""
         self.description = self.description._replace(
-            **{name: facts[name] for name in ('run', 'began', 'replaces')})
+            **{name: values[name] for name in ('run', 'began', 'replaces')})
         self._draws = UniformRows(random_streams(self._seed)[0], 1)
-        self._draws.skip_to(facts['draws'])
-        self.question, self._total = StateReward(*facts['question']), facts['total']
-        self._learner = facts['learner']
-        self.reports.extend(Episode(*each) for each in facts['reports'])
-        for each in told:
-            self._learner = each.learner  # it may have changed, when the first one was gone
-            self.on_action(each)
-        self.told.clear()
-        self.begins = False
+        self._draws.skip_to(values['observations'])
+        self.observation, self._return = StateReward(*values['observation']), values['return']
+        self._learner = values['learner']
+        self.reports.extend(Episode(*each) for each in values['reports'])
+        for msg in journal:
+            self._learner = msg.learner  # it may have changed, when the first one was gone
+            self.on_action(msg)
+        self.journal_entries.clear()
+        self.needs_checkpoint = False
 
-    def recall(self):
-        """Return what is to be said at the start: the world, all reports, and the question."""
-        return (self.description, *self.reports, self.question)
+    def last_outputs(self) -> Outputs:
+        """Return what to publish at the start: the world, the reports, the open observation."""
+        return (self.description, *self.reports, self.observation)
 
-    def _validate_sender(self, msg):
-        """`Rejected`, or `Ignored`, for an action of another run or another learner, or None."""
+    def _validate_origin(self, msg: Action) -> Rejected | Ignored | None:
+        """Return why an action cannot be of this run and its learner, or None."""
         if msg.run == self.description.replaces != NO_RUN:
-            return Ignored('before a reset', f'dropped an action of run {msg.run}, which ended '
+            return Ignored('before a reset', f'ignored an action of run {msg.run}, which ended '
                            'with a reset')
-        if msg.run != self.question.run:
-            return rejected_run(msg, self.question.run, 'an action')
+        if msg.run != self.observation.run:
+            return rejected_run(msg.run, self.observation.run, 'an action')
         if msg.learner != self._learner != ANYONE:
-            return Rejected('another learner', f'an action must come from learner {self._learner}, '
-                           f'which keeps this run, got {msg.learner}: is there a second one?')
+            return Rejected('another learner', f'an action must come from learner {self._learner},'
+                            f' which owns this run, got {msg.learner}: is there a second one?')
         return None
 
-    def _validate_action(self, msg, asked):
-        """`Rejected` for an `Action` that cannot be an answer to the question, or None."""
-        if step_id(msg) > step_id(asked):
-            return Rejected('answer to no question', f'an action must answer turn {step_id(asked)}, '
-                           f'got {step_id(msg)}')
-        if asked.terminated or asked.truncated:
+    def _validate_action(self, msg: Action, observation: StateReward) -> Rejected | None:
+        """Return why an action cannot be for the open observation, or None."""
+        if step_id(msg) > step_id(observation):
+            return Rejected('action without observation', 'an action must be for step id '
+                            f'{step_id(observation)}, got {step_id(msg)}')
+        if observation.terminated or observation.truncated:
             if msg.action != NO_ACTION:
                 return Rejected('action after the end', 'the episode is over: the action must be '
-                               f'{NO_ACTION}, got {msg.action}')
-        elif not 0 <= msg.action < 4 or self._successor[asked.state, msg.action] < 0:
-            return Rejected('action not available', 'an action must be one that the cell has, '
-                           f'got {msg.action} in state {asked.state}')
+                                f'{NO_ACTION}, got {msg.action}')
+        elif not 0 <= msg.action < 4 or self._successor[observation.state, msg.action] < 0:
+            return Rejected('action not available', 'an action must be one that the state has, '
+                            f'got {msg.action} in state {observation.state}')
         return validate_confidence(msg)
 
-    def _go_on(self, action):
-        """Change into the state after an answer; return what is to be said about it."""
-        asked = self.question
-        if asked.terminated or asked.truncated:
-            self.question = self._begin(asked.episode + 1)
-            return (self.question,)
-        return self._move(action)
-
-    def _begin(self, episode):
-        self._total = 0.0
-        u, = self._draws.row()
-        return StateReward(self.description.run, episode, 0, first_state(u, self._starts), 0.0,
-                           False, False, self._learner)
-
-    def _move(self, action):
-        run, episode, step, s, *_ = self.question
+    def _take(self, action: int) -> Outputs:
+        """Move by an action, or start the next episode; return what to publish."""
+        run, episode, step, s, _, terminated, truncated, _ = self.observation
+        if terminated or truncated:
+            self.observation = self._start_episode(episode + 1)
+            return (self.observation,)
         u, = self._draws.row()
         taken = taken_action(s, action, u, self._intended, self._slips)
         reward, s2, step = self._reward[s, taken], self._successor[s, taken], step + 1
-        self._total += reward
+        self._return += reward
         terminated = self._terminal[s2]
         truncated = not terminated and step == self._limit
-        self.question = StateReward(run, episode, step, s2, reward, terminated, truncated,
-                                    self._learner)
+        self.observation = StateReward(run, episode, step, s2, reward, terminated, truncated,
+                                       self._learner)
         if not (terminated or truncated):
-            return (self.question,)
-        self.reports.append(Episode(run, episode, step, self._total, terminated, truncated))
-        return (self.reports[-1], self.question)
+            return (self.observation,)
+        self.reports.append(Episode(run, episode, step, self._return, terminated, truncated))
+        return (self.reports[-1], self.observation)
+
+    def _start_episode(self, episode: int) -> StateReward:
+        self._return = 0.0
+        u, = self._draws.row()
+        return StateReward(self.description.run, episode, 0, first_state(u, self._starts), 0.0,
+                           False, False, self._learner)

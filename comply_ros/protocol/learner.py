@@ -1,294 +1,374 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The learner in the conversation: a state and a recommendation in, an action out."""
+"""The learner as a state machine: observations and recommendations in, actions out."""
 
-from comply_ros.learner.learner_config import CONFIG_FIELDS
-from comply_ros.learner.reconfigure import changed_method
-from comply_ros.learner.respondent import Respondent
+from __future__ import annotations
+
+from collections import deque
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from comply_ros.learner.agent import Agent, Decision
+from comply_ros.learner.learner_config import CONFIG_FIELDS, LearnerConfig
+from comply_ros.learner.learner_state import LearnerState
+from comply_ros.learner.reconfigure import changed_config
 from comply_ros.protocol.advice_buffer import AdviceBuffer
-from comply_ros.protocol.attendant import Attendant
 from comply_ros.protocol.messages import (
+    Action,
     AnsweredObservation,
     ANYONE,
-    follows,
     grid_from_description,
     Ignored,
     Notice,
+    Outputs,
+    Progress,
+    Recommendation,
     Rejected,
+    REPORTS,
     StateReward,
     step_id,
     WorldDescription,
 )
-from comply_ros.protocol.turns import Turns
-from comply_ros.protocol.validation import validate_state
+from comply_ros.protocol.run_tracker import BEFORE_FIRST, RunTracker
+from comply_ros.protocol.validation import validate_observation
 from comply_ros.world.grid import NO_ACTION
-from comply_ros.world.mdp import World
 
 
-class Learner(Attendant):
+class Learner:
     """
-    Answers every state once, when the advice that it needs is there, and learns by the way.
+    Answers every observation once, as soon as the advice that it needs is there, and learns.
 
     Parameters
     ----------
-    method: the `LearnerConfig`.
+    config: the settings of the agent.
     seed: of its decisions.
-    remembers_advice: whether to act at once in a state in which the mentor has spoken before,
-        on what it said then. What it says now is heard when it comes, and counts from the
-        next visit on. A mentor that does not change its mind makes no difference to the bits.
+    remembers_advice: whether to act at once in a state that the mentor has advised before, on
+        that advice. New advice in the state counts from the next visit on. With a mentor that
+        does not change its advice, the bits are the same.
     number: tells this learner from every other; not 0.
 
     Attributes
     ----------
-    world: the `World` that it attends to, None before.
-    asked: the `StateReward` that waits for advice, or None.
-    changed: table of the settings that were changed while it ran, kept with its state.
+    agent: what acts and learns.
+    tracker: the world and run that it takes part in.
+    number: as given, or that of the state that was restored.
+    waiting: the observation that waits for advice, None where none does.
+    reports: the last results of iterations that were published.
+    changes: the settings that were changed while it ran, by name; part of its state.
+    journal_entries: what it received and must be in the journal before its outputs are published.
+    needs_checkpoint: whether its state does not follow from its journal, so that a checkpoint must
+        be written before its outputs are published.
 
     """
 
-    def __init__(self, method, seed, remembers_advice=True, number=1):
-        super().__init__()
-        self._remembers_advice, self.changed = remembers_advice, {}
-        self.world, self.asked, self._turns, self._hearsay = None, None, Turns(), AdviceBuffer()
-        self._respondent = Respondent(method, seed, number)
-
-    def look(self):
-        """Return what is to be said if the world is silent and another asks; once a second."""
-        self._turns.look()
-        return super().look()
-
-    @property
-    def method(self):
-        """The `LearnerConfig`, as it is now."""
-        return self._respondent.method
+    def __init__(self, config: LearnerConfig, seed: int, remembers_advice: bool = True,
+                 number: int = 1) -> None:
+        self.agent, self.tracker = Agent(config, seed), RunTracker(self._start_run)
+        self.number, self._remembers_advice = number, remembers_advice
+        self._advice = AdviceBuffer()
+        self.reports: deque[Progress] = deque(maxlen=REPORTS)
+        self.changes: dict[str, Any] = {}
+        self.journal_entries: list[AnsweredObservation | Recommendation] = []
+        self.needs_checkpoint = False
+        self._forget_answers()
 
     @property
-    def memory(self):
-        """`LearnerState` of what was learned in this world; None before a world is known."""
-        return self.student and self.student.memory
+    def config(self) -> LearnerConfig:
+        """The settings, as they are now."""
+        return self.agent.config
 
     @property
-    def turns(self):
-        """Questions that were answered so far."""
-        return self._respondent.turns
+    def state(self) -> LearnerState:
+        """What was learned in this world; there must be one."""
+        return self.agent.state
 
     @property
-    def student(self):
-        """The `Student` that learns in this world, None before a world is known."""
-        return self._respondent.student
+    def step_count(self) -> int:
+        """Number of observations that were answered."""
+        return self.agent.draws.used
 
     @property
-    def number(self):
-        """Number that tells this learner from every other."""
-        return self._respondent.number
-
-    @property
-    def aside(self):
-        """Tell whether another learner has this run."""
-        return self._turns.aside
-
-    @property
-    def reports(self):
-        """The last `Progress` said, oldest first."""
-        return self._respondent.reports
-
-    @property
-    def finished(self):
+    def finished(self) -> bool:
         """Tell whether all iterations are done; from then on nothing is answered."""
-        return self.student is not None and self.student.finished
+        return self.tracker.world is not None and self.agent.finished
 
-    def allow_gap(self):
-        """Be ready for a gap: what was said in the last time may not have been heard."""
-        self._turns.may_lack = True
+    def advice(self) -> NDArray[np.int8]:
+        """Return `advice[s]`: the mentor's newest action in a state, -1 where there is none."""
+        return self._advice.advice(len(self._world.terminal))
 
-    def advice_heard(self):
-        """`advice[s]`, int8: what the mentor said last in every state, -1 where nothing yet."""
-        return self._hearsay.advice(len(self.world.terminal))
+    def waiting_for(self) -> str | None:
+        """Text of what this learner needs to continue; None where it has everything."""
+        tracker = self.tracker
+        if self.waiting:
+            return f'a recommendation in state {self.waiting.state}: is a mentor running?'
+        if tracker.left_to_others:
+            return 'an observation of its own: the world addresses another learner'
+        if tracker.late and not self.finished:
+            return (f'a state after step id {tracker.answered}: the world repeats step id '
+                    f'{tracker.late}; has it lost the end of its state?')
+        return None if self.finished else tracker.waiting_for()
 
-    def waiting_for(self):
-        """Text of what this learner needs before it can go on; None where it has it all."""
-        if self.asked:
-            return f'a recommendation in state {self.asked.state}: is a mentor running?'
-        if self._turns.left:
-            return 'its turn: another learner is asked in this run'
-        if self._turns.late and not self.finished:
-            return (f'a state after turn {self._turns.answered}: the world asks about turn '
-                    f'{self._turns.late} again; has it lost the end of its state?')
-        return None if self.finished else self._attention.waiting_for()
+    def on_world(self, msg: WorldDescription) -> Outputs:
+        """Return outputs for a world; raises ValueError if it does not describe one."""
+        return self.tracker.on_world(msg)
 
-    def observe(self, msg):
+    def allow_gap(self) -> None:
+        """Accept a gap before the next observation: messages may have been lost."""
+        self.tracker.allow_gap()
+
+    def tick(self) -> Outputs:
+        """Return outputs that are due once a second."""
+        return self.tracker.tick()
+
+    def observe(self, msg: StateReward) -> Outputs:
         """
-        Return the `Action` in a state, if the advice for it is there.
+        Return the action in a state, if the advice for it is there.
 
-        A repeated question gets the same answer; an older one is dropped; one that cannot be
+        A repeated observation gets the same action, an older one is `Ignored`, one that cannot be
         right is `Rejected`.
         """
-        attention = self._attention
-        if self._turns.aside:
+        tracker = self.tracker
+        if msg[:3] == tracker.expected and (msg.learner == self.number or msg.learner == ANYONE) \
+                and tracker.is_usual_step(msg):
+            tracker.silent_ticks = 0
+            return () if self.agent.finished else self._start_step(msg, msg.state)
+        if tracker.inactive:
             return ()
-        if msg.run != attention.run:
-            return attention.hold(self.observe, msg, 'a state')
-        if attention.held:
-            return (*attention.refuse_held(), *self.observe(msg))
-        attention.silent = 0
-        problem = validate_state(msg, self.world)
+        if msg.run != tracker.run:
+            return tracker.hold(self.observe, msg, 'a state')
+        rejected = tracker.continues()
+        problem = validate_observation(msg, self._world)
         if problem:
-            return (problem,)
-        here = step_id(msg)
-        if here < self._turns.answered:
-            return (self._turns.too_late(here),)
-        if here == self._turns.answered or self.asked and here == step_id(self.asked):
-            self._turns.repeat(msg, self.number)
-            return self._respondent.again(waits=here != self._turns.answered)
-        if msg.learner not in (ANYONE, self.number):
-            return self._turns.leave(msg, self.number)
-        remark = self._turns.remark(msg, self.world)
-        if self.finished or type(remark) in (Rejected, Ignored):
-            return (remark,) if remark else ()
-        return (remark, *self._start_step(msg)) if remark else self._start_step(msg)
+            return (*rejected, problem)
+        return (*rejected, *self._observe_in_order(msg))
 
-    def on_recommendation(self, msg):
-        """Return the `Action` in the state that waited for this advice; else remember it."""
-        attention = self._attention
-        if msg.run != attention.run:
-            return attention.hold(self.on_recommendation, msg, 'a recommendation')
-        before = self._hearsay.last(msg.state) if self._remembers_advice else None
-        counts, outputs = self._hearsay.hear(msg, self.world)
+    def _observe_in_order(self, msg: StateReward) -> Outputs:
+        """Return outputs for an observation that is possible, whatever its step id."""
+        tracker, here, waiting = self.tracker, step_id(msg), self.waiting
+        if here < tracker.answered:
+            return (tracker.too_late(here),)
+        if here == tracker.answered or waiting and here == step_id(waiting):
+            tracker.repeated(msg, self.number)
+            # Where it still waits, a mentor may wait for the last action it advised.
+            last = self._advised_action if here != tracker.answered else None
+            return (last or self._action,) if last or self._action else ()
+        if msg.learner not in (ANYONE, self.number):
+            return tracker.leave_to_other(msg, self.number)
+        problem = tracker.check_order(msg)
+        if self.finished or isinstance(problem, (Rejected, Ignored)):
+            return (problem,) if problem else ()
+        episode, step = tracker.answered
+        if here != (episode, step + 1):
+            self.agent.forget_last_action()
+        if tracker.led_here_by_other(msg):
+            self.agent.forget_last_action()
+            self._forget_answers()
+        outputs = self._start_step(msg, msg.state)
+        return (problem, *outputs) if problem else outputs
+
+    def _start_step(self, msg: StateReward, s: int) -> Outputs:
+        """Return the action in a state, if it does not need advice that is missing."""
+        early = self._advice.add_observation((msg.episode, msg.step), s)
+        self.tracker.expected = None  # a repetition of this observation is no usual one
+        self.waiting, outputs = msg, ()
+        if msg.terminated or not self.agent.config.needs_mentor():
+            outputs = self._answer(NO_ACTION)
+        elif self._remembers_advice:
+            known = self._advice.newest_advice(s)
+            if known:
+                outputs = self._answer(known.action)
+        return outputs + self.on_recommendation(early) if early else outputs
+
+    def on_recommendation(self, msg: Recommendation) -> Outputs:
+        """Return the action in the state that waits for this advice; else remember it."""
+        if msg.run != self.tracker.run:
+            return self.tracker.hold(self.on_recommendation, msg, 'a recommendation')
+        before = self._advice.newest_advice(msg.state) if self._remembers_advice else None
+        counts, outputs = self._advice.add_advice(msg, self._world)
         if not counts:
             return outputs
         if before is None or before.action != msg.action:  # else it is known already
-            self.told.append(msg)
-        if self.asked and step_id(msg) == step_id(self.asked):
-            return self._respond(msg.action)
+            self.journal_entries.append(msg)
+        if self.waiting and step_id(msg) == step_id(self.waiting):
+            return self._answer(msg.action)
         return ()
 
-    def reset(self):
-        """Forget all that was learned; return what is to be said. The run goes on."""
-        if self.world is None:
+    def continue_without_advice(self) -> Outputs:
+        """Return the action in the state that waits, as if the mentor had no advice."""
+        return self._answer(NO_ACTION) if self.waiting else ()
+
+    def _answer(self, advice: int) -> Outputs:
+        """Step the agent by the observation that waits; return the action and any report."""
+        msg = self.waiting
+        assert msg is not None
+        run, episode, step, s, reward, terminated, truncated, _ = msg
+        self.waiting = None
+        self.journal_entries.append(AnsweredObservation(
+            episode, step, s, reward, terminated, truncated, advice))
+        self.tracker.answer(msg)
+        decision = self.agent.step(s, step, reward, terminated, truncated, advice)
+        self._last_advice = advice
+        if terminated or truncated:
+            return self._finish_episode(run, decision, terminated)
+        self._action = self._advised_action = Action(
+            run, episode, step, decision.action, decision.followed, decision.confidence,
+            self.number, advice, self.step_count - 1)
+        return (self._action,)
+
+    def _finish_episode(self, run: int, decision: Decision, terminated: bool) -> Outputs:
+        """Return the action that lets the next episode start, and the report of an iteration."""
+        self._action = self._end_of_episode(run)
+        if not terminated:  # a mentor advises in a truncated state, not at a goal
+            self._advised_action = self._action
+        result, agent = decision.iteration, self.agent
+        if result is None:
+            return (self._action,)
+        progress = Progress(
+            run, result.number, agent.config.iterations, agent.config.episodes, agent.steps,
+            result.mean_return, result.confidence, result.temperature, agent.finished)
+        self.reports.append(progress)
+        if not agent.finished:
+            return (self._action, progress)
+        self._action = None
+        return (progress,)
+
+    def _end_of_episode(self, run: int) -> Action:
+        return Action(run, *self.tracker.answered, NO_ACTION, False, 0.0, self.number,
+                      self._last_advice, max(self.step_count - 1, 0))
+
+    def _wake(self) -> Outputs:
+        """Return the action that lets the next episode start, if this learner had finished."""
+        if self.tracker.answered == BEFORE_FIRST or self._action or self.tracker.run is None:
             return ()
-        self._hearsay.forget()
-        self.begins = True
-        return (Notice('forgets all that it learned'), *self._respondent.forget(self.world))
+        self._action = self._end_of_episode(self.tracker.run)
+        return (self._action,)
 
-    def changed_method(self, changes):
+    def reset(self) -> Outputs:
+        """Forget everything that was learned; return outputs. The run continues."""
+        if self.tracker.world is None:
+            return ()
+        self._advice.forget()
+        self.needs_checkpoint = True
+        return (Notice('forgets everything that it learned'), *self._restart_agent())
+
+    def _restart_agent(self) -> Outputs:
+        self.agent.reset()
+        self.reports.clear()
+        self._last_advice = NO_ACTION
+        return self._wake()
+
+    def check_changes(self, changes: dict[str, Any]) -> LearnerConfig:
         """
-        Return the `LearnerConfig` after changes, a table by name; those of no field are passed over.
+        Return the settings after changes, by name; names that are no field are left out.
 
         Raises
         ------
-        MethodError: if it cannot be changed so.
+        ConfigError: if they cannot be changed so.
 
         """
-        fields = {name: value for name, value in changes.items() if name in CONFIG_FIELDS}
-        return changed_method(self.method, fields,
-                              self.student.iterations_done if self.student else 0)
+        known = self.tracker.world is not None
+        return changed_config(
+            self.config, {name: value for name, value in changes.items() if name in CONFIG_FIELDS},
+            self.agent.iterations_done if known else 0)
 
-    def change(self, changes):
+    def change(self, changes: dict[str, Any]) -> Outputs:
         """
-        Go on by other settings from the next decision on; return what is to be said.
+        Continue under other settings from the next decision on; return outputs.
 
-        changes: table by name, of fields of the method, `remembers_advice`, and what is only kept.
+        changes: fields of the settings, `remembers_advice`, and what is only part of the state.
 
         Raises
         ------
-        MethodError: if it cannot be changed so; then nothing is.
+        ConfigError: if they cannot be changed so; then nothing changes.
 
         """
-        method = self.changed_method(changes)
+        config = self.check_changes(changes)
         self._remembers_advice = changes.get('remembers_advice', self._remembers_advice)
-        self.changed.update(changes)
-        if self.student is None:
-            self._respondent.method = method
+        self.changes.update(changes)
+        if self.tracker.world is None:
+            self.agent.config = config
             return ()
-        self.begins = True
+        self.needs_checkpoint = True
+        self.agent.reconfigure(config)
         words = ', '.join(f'{name} {value}' for name, value in changes.items())
-        return (Notice(f'goes on with {words}'), *self._respondent.change(self.world, method),
-                *self._answer_what_waits())
+        outputs = () if self.agent.finished else self._wake()
+        if not config.needs_mentor():
+            outputs += self.continue_without_advice()
+        return (Notice(f'continues with {words}'), *outputs)
 
-    def _answer_what_waits(self):
-        """Return the `Action` in the state that waits, where no advice is needed any more."""
-        return () if self.method.needs_mentor() else self.go_without_advice()
+    def state_dict(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+        """Return everything needed to continue later: values for JSON, and arrays by name."""
+        agent, arrays = self.agent.state_dict()
+        description = self.tracker.description
+        assert description is not None
+        return {'agent': agent, 'number': self.number, 'changes': self.changes,
+                'description': description._replace(rows=list(description.rows),
+                                                    starts=list(description.starts)),
+                'order': self.tracker.state_dict(), 'last_advice': self._last_advice,
+                'action': self._action, 'advised_action': self._advised_action,
+                'reports': list(self.reports)}, {**arrays, **self._advice.arrays()}
 
-    def go_without_advice(self):
-        """Return the `Action` in the state that waits for advice, as if the mentor had none."""
-        return self._respond(NO_ACTION) if self.asked else ()
+    def load_state_dict(self, values: dict[str, Any], arrays: dict[str, NDArray[Any]],
+                        journal: list[Any]) -> None:
+        """Continue from a checkpoint, then repeat the steps of its journal."""
+        description = WorldDescription(*values['description'])
+        self.change(values['changes'])
+        self.tracker.follow(description, grid_from_description(description))
+        self.agent.load_state_dict(values['agent'], arrays)
+        self.number, self._last_advice = values['number'], values['last_advice']
+        self._action, self._advised_action = (
+            values[name] and Action(*values[name]) for name in ('action', 'advised_action'))
+        self.reports.extend(Progress(*each) for each in values['reports'])
+        self.tracker.load_state_dict(values['order'])
+        self._advice = AdviceBuffer(description.run, self.tracker.answered)
+        self._advice.load_arrays(arrays)
+        for entry in journal:
+            self._repeat(entry)
+        self.journal_entries.clear()
+        self.needs_checkpoint = False
+        self.tracker.allow_gap()
 
-    def state(self):
-        """Return all that it needs to go on later: facts that JSON can write, and arrays."""
-        facts, arrays = self._respondent.state()
-        described = self.described
-        facts['changed'] = self.changed
-        facts['described'] = described._replace(rows=list(described.rows),
-                                                starts=list(described.starts))
-        return facts, {**arrays, **self._hearsay.arrays()}
+    def last_outputs(self) -> Outputs:
+        """Return what to publish again after `load_state_dict`: the reports, the last action."""
+        return (*self.reports, self._action) if self._action else tuple(self.reports)
 
-    def restore(self, facts, arrays, told):
-        """Change into what a state was, then learn again what was told since, step by step."""
-        described = WorldDescription(*facts['described'])
-        self.change(facts['changed'])
-        self.attend(described, grid_from_description(described))
-        self._respondent.restore(facts, arrays)
-        last = self._respondent.last
-        if last:
-            self._turns.take(last)
-            self._attention.committed = True
-        self._hearsay = AdviceBuffer(described.run, self._turns.answered)
-        self._hearsay.restore(arrays)
-        for each in told:
-            self._learn_again(each)
-        self.told.clear()
-        self.begins, self._turns.may_lack = False, True
-
-    def recall(self):
-        """Return what is to be said again after `restore`: all reports, and the last answer."""
-        answer = self._respondent.answer
-        return (*self.reports, answer) if answer else tuple(self.reports)
-
-    def _learn_again(self, told):
-        """Change the memory by one thing that was told before, as it was changed then."""
-        if type(told) is not AnsweredObservation:
-            self._hearsay.note(told)
+    def _repeat(self, entry: AnsweredObservation | Recommendation) -> None:
+        """Change by one entry of a journal, as it was changed then."""
+        if isinstance(entry, Recommendation):
+            self._advice.restore_advice(entry)
             return
-        *question, advice = told
-        self.asked = StateReward(self.described.run, *question)
-        early = self._hearsay.ask(self.asked)
+        *observation, advice = entry
+        msg = StateReward(self.tracker.run or 0, *observation)
+        early = self._advice.add_observation(step_id(msg), msg.state)
         if early:
-            self._hearsay.hear(early, self.world)
-        self._respond(advice)
+            self._advice.add_advice(early, self._world)
+        self.waiting = msg
+        self._answer(advice)
 
-    def attend(self, msg, grid):
-        """Change into one that learns in this world; return a `Notice`, and what came early."""
-        is_reset, held = follows(msg, self.described), self._attention.attend(msg)
-        self.asked, self._turns, self._hearsay = None, Turns(), AdviceBuffer(msg.run)
-        self._respondent.forget_the_run()
-        notice = f'goes on in world {msg.name!r}, run {msg.run}'
-        if self.world is None or self.world.grid != grid:
-            self.world = World(grid)
-            self._respondent.begin(self.world)
-            notice = f'begins to learn world {msg.name!r}, run {msg.run}'
-        elif is_reset and self.turns <= 1:  # nothing was learned yet: as at a fresh start
-            self._respondent.forget(self.world)
-        self.begins = True
-        return (Notice(notice), *(answer for hear, message in held for answer in hear(message)))
+    def _start_run(self, is_reset: bool) -> Outputs:
+        """Take part in a new run, and start to learn if its world is another one."""
+        description = self.tracker.description
+        assert description is not None
+        had_learned = self.step_count > 1
+        self._advice = AdviceBuffer(description.run)
+        self._forget_answers()
+        self.agent.forget_last_action()
+        text = f'continues in world {description.name!r}, run {description.run}'
+        if self.tracker.world_changed:
+            self.agent.start(self._world)
+            text = f'starts to learn in world {description.name!r}, run {description.run}'
+        elif is_reset and not had_learned:  # as at a fresh start
+            self._restart_agent()
+        self.needs_checkpoint = True
+        return (Notice(text),)
 
-    def _start_step(self, msg):
-        """Return the `Action` in a state, if it can be told without hearing more."""
-        if self._turns.was_left(msg):
-            self._respondent.forget_the_run()  # its own answer was not the one that led here
-        self.asked, early = msg, self._hearsay.ask(msg)
-        known = self._hearsay.last(msg.state)
-        if known and not self._remembers_advice and step_id(known) != step_id(msg):
-            known = None
-        outputs = ()
-        if msg.terminated or not self.method.needs_mentor():
-            outputs = self._respond(NO_ACTION)
-        elif known:
-            outputs = self._respond(known.action)
-        return outputs + self.on_recommendation(early) if early else outputs
+    def _forget_answers(self) -> None:
+        self.waiting: StateReward | None = None
+        self._action: Action | None = None
+        self._advised_action: Action | None = None
+        self._last_advice = NO_ACTION
 
-    def _respond(self, advice):
-        """Change the memory by the question that is open; return what is to be said."""
-        asked, self.asked = self.asked, None
-        self.told.append(AnsweredObservation(*asked[1:7], advice))
-        self._turns.take(asked)
-        self._attention.committed = True
-        return self._respondent.respond(asked, advice)
+    @property
+    def _world(self) -> Any:
+        return self.tracker.world

@@ -1,141 +1,171 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The mentor in the conversation: a state in, a recommended action out."""
+"""The mentor as a state machine: observations in, recommendations out."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from comply_ros.mentor.advice_budget import AdviceBudget, UNLIMITED
-from comply_ros.protocol.attendant import Attendant
 from comply_ros.protocol.messages import (
     Action,
     ANYONE,
-    follows,
     Ignored,
     Notice,
+    Outputs,
     Recommendation,
     Rejected,
     StateReward,
     step_id,
+    StepId,
+    WorldDescription,
 )
-from comply_ros.protocol.turns import FIRST, NOT_YET, Turns
-from comply_ros.protocol.validation import validate_confidence, validate_state
+from comply_ros.protocol.run_tracker import BEFORE_FIRST, RunTracker
+from comply_ros.protocol.validation import validate_confidence, validate_observation
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
 
+BUDGET_ARRAYS = ('told', 'left', 'did')  # the attributes of an `AdviceBudget` that change
 
-class Mentor(Attendant):
+
+class Mentor:
     """
-    Answers every state with its policy's action; holds the last one until it has a policy.
+    Answers every observation with its policy's action; holds the last one until it has a policy.
 
     Parameters
     ----------
-    budget: how many recommendations it has to give; 0 for no limit.
-    when: when it gives one; see `AdviceBudget`. Where it counts mistakes, it answers a state only
-        after it has heard what the learner did in the one before.
+    budget: number of recommendations that it can give; 0 for no limit.
+    mode: when it gives one; see `AdviceBudget`. Where it counts mistakes, it answers an
+        observation only after it has received the learner's action for the one before.
 
     Attributes
     ----------
-    world: the `World` that it attends to, None before.
+    tracker: the world and run that it takes part in.
     policy: list of actions by state, None until there is one for this world.
-    watches: whether it needs to hear the learner's actions.
-    remembers: whether what it says depends on what it was told, so that it must be kept.
-    turns: states that were answered so far.
+    watches: whether it needs the learner's actions.
+    has_budget: whether what it recommends depends on what it received, so that it needs a state.
+    step_count: number of observations that were answered.
+    journal_entries, needs_checkpoint: as in `Learner`.
 
     """
 
-    def __init__(self, budget=UNLIMITED, when='early'):
-        super().__init__()
-        self.world, self.policy, self.turns = None, None, 0
-        self.remembers = budget != UNLIMITED
-        self.watches = self.remembers and when == 'mistakes'
-        self._budget, self._when, self._advising = budget, when, None
-        self._forget_the_run()
+    policy: list[int] | None
 
-    def look(self):
-        """Return what is to be said if the world is silent and another asks; once a second."""
-        self._turns.look()
-        self._looks += 1
-        return super().look()
+    def __init__(self, budget: int = UNLIMITED, mode: str = 'early') -> None:
+        self.tracker = RunTracker(self._start_run, sees_episode_ends=False)
+        self.policy, self.step_count = None, 0
+        self.has_budget = budget != UNLIMITED
+        self.watches = self.has_budget and mode == 'mistakes'
+        self.journal_entries: list[StateReward | Action] = []
+        self.needs_checkpoint = False
+        self._budget_size, self._mode = budget, mode
+        self._budget: AdviceBudget | None = None
+        self._forget_run()
 
-    def allow_gap(self):
-        """Be ready for a gap: what was said in the last time may not have been heard."""
-        self._turns.may_lack = True
+    @property
+    def world(self) -> World | None:
+        """The world of the run that it takes part in, None before the first."""
+        return self.tracker.world
 
-    def waiting_for(self):
-        """Text of what this mentor needs before it can go on; None where it has it all."""
-        return self._attention.waiting_for()
+    def on_world(self, msg: WorldDescription) -> Outputs:
+        """Return outputs for a world; raises ValueError if it does not describe one."""
+        return self.tracker.on_world(msg)
 
-    def use(self, policy, kept=None):
+    def tick(self) -> Outputs:
+        """Return outputs that are due once a second."""
+        self._ticks += 1
+        return self.tracker.tick()
+
+    def allow_gap(self) -> None:
+        """Accept a gap before the next observation: messages may have been lost."""
+        self.tracker.allow_gap()
+
+    def waiting_for(self) -> str | None:
+        """Text of what this mentor needs to continue; None where it has everything."""
+        return self.tracker.waiting_for()
+
+    def use(self, policy: NDArray[np.int8],
+            saved: tuple[dict[str, Any], dict[str, NDArray[Any]], list[Any]] | None = None
+            ) -> Outputs:
         """
-        Advise by `policy[s]` from now on; return what is to be said about a state that waited.
+        Advise by `policy[s]` from now on; return outputs for an observation that was held.
 
-        kept: what `state` gave before, and what was told since: (facts, arrays, told), or None.
+        saved: what `state_dict` returned before, and the journal since, or None.
         """
         self.policy = policy.tolist()
         self._advise_by(policy)
-        self.begins = True
-        if kept:
-            self._restore(*kept)
+        self.needs_checkpoint = True
+        if saved:
+            self._load(*saved)
         return self.release_held()
 
-    def _advise_by(self, policy):
-        self._advising = AdviceBudget(self.world, policy, self._budget, self._when)
-
-    def release_held(self):
-        """Return what is to be said about the state that came too early, if there is one."""
+    def release_held(self) -> Outputs:
+        """Return outputs for the observation that came too early, if there is one."""
         held, self._held = self._held, None
         return self.observe(held) if held else ()
 
-    def observe(self, msg):
-        """Return the `Recommendation` for a state; none where the episode is over."""
-        attention = self._attention
-        if msg.run != attention.run:
-            return attention.hold(self.observe, msg, 'a state')
-        if attention.held:
-            return (*attention.refuse_held(), *self.observe(msg))
-        attention.silent = 0
-        if self.policy is None or self._must_see_first(msg):
-            if not self._held or step_id(msg) > step_id(self._held):
+    def observe(self, msg: StateReward) -> Outputs:
+        """Return the recommendation for a state; none where the episode is over."""
+        tracker = self.tracker
+        if msg.run != tracker.run:
+            return tracker.hold(self.observe, msg, 'a state')
+        rejected = tracker.continues()
+        return (*rejected, *self._observe(msg)) if rejected else self._observe(msg)
+
+    def _observe(self, msg: StateReward) -> Outputs:
+        here = step_id(msg)
+        if self.policy is None or self._must_see_action_before(here):
+            if not self._held or here > step_id(self._held):
                 self._held = msg
             return ()
-        if self._held and step_id(msg) >= step_id(self._held):
+        if self._held and here >= step_id(self._held):
             self._held = None
-        problem = validate_state(msg, self.world)
+        assert self.world is not None
+        problem = validate_observation(msg, self.world)
         if problem or msg.terminated:
             return (problem,) if problem else ()
         if self.watches:
-            return self._hear_in_turn(msg)
-        return self._hear_to_spend(msg) if self.remembers else self._advise(msg)
+            return self._observe_in_order(msg)
+        return self._observe_on_budget(msg) if self.has_budget else self._advise(msg)
 
-    def on_action(self, msg):
-        """Remember what the learner did; return what is to be said about a state that waited."""
-        asked = self._asked
-        if self._is_passed_by(msg):
-            self._asked, self._turns = None, Turns(sees_ends=False)
+    def on_action(self, msg: Action) -> Outputs:
+        """Remember the learner's action; return outputs for an observation that was held."""
+        observed = self._observed
+        if self._went_on_without_advice(msg):
+            self._observed = None
+            self.tracker.restart_order()
             return ()
-        if asked is None or msg.run != self._attention.run or step_id(msg) != step_id(asked) \
-                or step_id(msg) == self._acted or not self._can_answer(msg, asked):
+        if observed is None or msg.run != self.tracker.run or step_id(msg) != step_id(observed) \
+                or step_id(msg) == self._acted or not self._is_possible(msg, observed):
             return ()
         self._acted = step_id(msg)
-        self.told.append(msg)
-        if msg.action in range(4):
-            self._advising.watch(asked.state, msg.action)
+        self.journal_entries.append(msg)
+        if msg.action != NO_ACTION and self._budget:
+            self._budget.watch(observed.state, msg.action)
         return self.release_held()
 
-    def _is_passed_by(self, msg):
-        """Tell whether the learner went on without advice, from the last question to one held."""
-        held, asked = self._held, self._asked
-        return (held is not None and asked is not None and msg.run == held.run
-                and (step_id(asked) < step_id(msg) == (held.episode, held.step - 1)
-                     or held.step == 0 and self._turns.may_lack and self._looks > 1
-                     and step_id(asked) < step_id(msg) < step_id(held)))
-
-    def _can_answer(self, msg, asked):
-        """Tell whether the world takes this `Action` for an answer; it warns of one that not."""
-        if asked.learner not in (ANYONE, msg.learner) or validate_confidence(msg):
+    def _went_on_without_advice(self, msg: Action) -> bool:
+        """Tell whether the learner continued, from the last observation to the one held."""
+        held, observed = self._held, self._observed
+        if held is None or observed is None or msg.run != held.run \
+                or not step_id(observed) < step_id(msg):
             return False
-        if asked.truncated:
-            return msg.action == NO_ACTION
-        return msg.action in range(4) and bool(self.world.available[asked.state, msg.action])
+        return (step_id(msg) == (held.episode, held.step - 1)
+                or held.step == 0 and self.tracker.gap_allowed and self._ticks > 1
+                and step_id(msg) < step_id(held))
 
-    def advice(self, state):
+    def _is_possible(self, msg: Action, observed: StateReward) -> bool:
+        """Tell whether the world accepts an action; it logs why not."""
+        if observed.learner not in (ANYONE, msg.learner) or validate_confidence(msg):
+            return False
+        if observed.truncated:
+            return msg.action == NO_ACTION
+        return (self.world is not None and msg.action in range(4)
+                and bool(self.world.available[observed.state, msg.action]))
+
+    def advice(self, state: int) -> int:
         """
         Return the action for a state: -1 for no advice, also where nobody can act.
 
@@ -144,100 +174,110 @@ class Mentor(Attendant):
         ValueError: if the state is outside of the grid, or there is no policy yet.
 
         """
-        if self.policy is None:
+        if self.policy is None or self.world is None:
             raise ValueError('the mentor must have a world and a policy first, and has none yet')
         if not 0 <= state < len(self.policy):
             raise ValueError(f'a state must lie in [0, {len(self.policy) - 1}], got {state}')
         return self.policy[state] if self.world.free[state] else NO_ACTION
 
-    def state(self):
-        """Return all that it needs to go on later: facts that JSON can write, and arrays."""
-        facts = {'run': self._attention.run, 'asked': self._asked, 'acted': self._acted,
-                 'answer': self._answer}
-        return facts, {name: getattr(self._advising, name) for name in ('told', 'left', 'did')}
+    def state_dict(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+        """Return everything needed to continue later: values for JSON, and arrays by name."""
+        values = {'run': self.tracker.run, 'observed': self._observed, 'acted': self._acted,
+                  'answer': self._answer}
+        return values, {name: getattr(self._budget, name) for name in BUDGET_ARRAYS}
 
-    def _restore(self, facts, arrays, told):
-        """Change into what a state was; then hear again what was told since."""
-        if facts['run'] != self.described.replaces:
+    def _load(self, values: dict[str, Any], arrays: dict[str, NDArray[Any]],
+              journal: list[Any]) -> None:
+        """Continue from a checkpoint, then repeat its journal."""
+        description = self.tracker.description
+        assert description is not None
+        if values['run'] != description.replaces:
             for name, array in arrays.items():
-                getattr(self._advising, name)[...] = array
-        self._answer = tuple(Recommendation(*each) for each in facts['answer'])
-        self._asked = facts['asked'] and StateReward(*facts['asked'])
-        self._acted = facts['acted'] and tuple(facts['acted'])
-        if self._asked:
-            self._turns.take(self._asked)
-        for each in told:
-            self._hear_again(each)
-        self.told.clear()
-        self.begins, self._turns.may_lack = facts['run'] != self._attention.run, True
-        if self.begins:
+                getattr(self._budget, name)[...] = array
+        self._answer = tuple(Recommendation(*each) for each in values['answer'])
+        self._observed = values['observed'] and StateReward(*values['observed'])
+        self._acted = values['acted'] and tuple(values['acted'])
+        if self._observed:
+            self.tracker.answer(self._observed)
+        for entry in journal:
+            if isinstance(entry, Action):
+                self._acted = step_id(entry)
+                if entry.action != NO_ACTION and self._observed and self._budget:
+                    self._budget.watch(self._observed.state, entry.action)
+            else:
+                self._advise(entry)
+        self.journal_entries.clear()
+        self.tracker.allow_gap()
+        self.needs_checkpoint = values['run'] != self.tracker.run
+        if self.needs_checkpoint:
             held = self._held
-            self._forget_the_run()
+            self._forget_run()
+            self.tracker.restart_order()
+            self.tracker.allow_gap()
             self._held = held
 
-    def _hear_again(self, told):
-        """Change by one thing that was told before, as it was changed then."""
-        if type(told) is Action:
-            self._acted = step_id(told)
-            if told.action in range(4):
-                self._advising.watch(self._asked.state, told.action)
-        else:
-            self._advise(told)
+    def _start_run(self, is_reset: bool) -> Outputs:
+        """Take part in a new run."""
+        self._forget_run()
+        if self.tracker.world_changed:
+            self.policy = None
+        elif is_reset and self._budget:  # as at a fresh start, with the whole budget
+            self._advise_by(self._budget.policy)
+        self.needs_checkpoint = self.policy is not None
+        description = self.tracker.description
+        assert description is not None
+        return (Notice(f'advises in world {description.name!r}, run {description.run}'),)
 
-    def attend(self, msg, grid):
-        """Change into a mentor in this world; return a `Notice`, and what came early."""
-        is_reset, held = follows(msg, self.described), self._attention.attend(msg)
-        self._forget_the_run()
-        if self.world is None or self.world.grid != grid:
-            self.world, self.policy = World(grid), None
-        elif is_reset and self._advising:  # as at a fresh start, with its whole budget
-            self._advise_by(self._advising.policy)
-        self.begins = self.policy is not None
-        return (Notice(f'attends to world {msg.name!r}, run {msg.run}'),
-                *(answer for hear, message in held for answer in hear(message)))
+    def _advise_by(self, policy: NDArray[np.int8]) -> None:
+        self._budget = AdviceBudget(self.world, policy, self._budget_size, self._mode)
 
-    def _forget_the_run(self):
-        self._asked, self._answer, self._acted, self._held = None, (), None, None
-        self._doubted, self._looks = None, 0
-        self._turns = Turns(sees_ends=False)
+    def _forget_run(self) -> None:
+        self._observed: StateReward | None = None
+        self._answer: Outputs = ()
+        self._acted: StepId | None = None
+        self._held: StateReward | None = None
+        self._doubted: StateReward | None = None
+        self._ticks = 0
 
-    def _hear_in_turn(self, msg):
-        """Return the `Recommendation`: the same for a repeated state, none for an older one."""
-        if self._asked and step_id(msg) < step_id(self._asked):
-            return (self._turns.too_late(step_id(msg)),)
-        if self._asked and step_id(msg) == step_id(self._asked):
-            self._asked = self._asked._replace(learner=msg.learner)  # another may answer now
+    def _observe_in_order(self, msg: StateReward) -> Outputs:
+        """Return the recommendation: the same for a repeated state, none for an older one."""
+        if self._observed and step_id(msg) < step_id(self._observed):
+            return (self.tracker.too_late(step_id(msg)),)
+        if self._observed and step_id(msg) == step_id(self._observed):
+            self._observed = self._observed._replace(learner=msg.learner)  # it may have changed
             return self._answer
-        remark = self._turns.remark(msg, self.world)
-        if type(remark) in (Rejected, Ignored):
-            return (remark,)
-        return (remark, *self._advise(msg)) if remark else self._advise(msg)
+        problem = self.tracker.check_order(msg)
+        if isinstance(problem, (Rejected, Ignored)):
+            return (problem,)
+        return (problem, *self._advise(msg)) if problem else self._advise(msg)
 
-    def _hear_to_spend(self, msg):
-        """Return the `Recommendation`; none for a state that nobody can be in, now or any more."""
-        here, newest = step_id(msg), step_id(self._asked) if self._asked else NOT_YET
+    def _observe_on_budget(self, msg: StateReward) -> Outputs:
+        """Return the recommendation; none for a state that nobody can be in now or later."""
+        here = step_id(msg)
+        newest = step_id(self._observed) if self._observed else BEFORE_FIRST
         if here < newest:
-            return (self._turns.too_late(here),)
+            return (self.tracker.too_late(here),)
         again, self._doubted = msg == self._doubted, msg
         if msg.episode > newest[0] + 1 and not again:
-            return (Ignored('joins late', f'was asked about turn {here} after {newest}: answers '
-                            'as soon as that is asked again'),)
+            return (Ignored('joins late', f'received step id {here} after {newest}: answers when '
+                            'that state is repeated'),)
         return self._advise(msg)
 
-    def _advise(self, msg):
-        """Return the `Recommendation` for a state, which may cost one of the budget."""
-        left = self._advising.left[0]
-        self._turns.take(msg)
-        self.turns += self._asked is None or step_id(msg) > step_id(self._asked)
-        self._attention.committed |= step_id(msg) != FIRST  # somebody answers in this run
-        self._asked, self._looks = msg, 0
+    def _advise(self, msg: StateReward) -> Outputs:
+        """Return the recommendation for a state, which may cost one of the budget."""
+        budget = self._budget
+        assert budget is not None
+        remaining = budget.left[0]
+        self.tracker.answer(msg)
+        self.step_count += self._observed is None or step_id(msg) > step_id(self._observed)
+        self._observed, self._ticks = msg, 0
         self._answer = (Recommendation(msg.run, msg.episode, msg.step, msg.state,
-                                       self._advising.advise(msg.state)),)
-        if self.watches or self._advising.left[0] != left:
-            self.told.append(msg)
+                                       budget.advise(msg.state)),)
+        if self.watches or budget.left[0] != remaining:
+            self.journal_entries.append(msg)
         return self._answer
 
-    def _must_see_first(self, msg):
-        """Tell whether what the learner did in the last state matters, and is not known yet."""
-        return (self.watches and self._asked is not None and step_id(msg) > step_id(self._asked)
-                and self._acted != step_id(self._asked))
+    def _must_see_action_before(self, here: StepId) -> bool:
+        """Tell whether the action in the last state matters, and is not known yet."""
+        return (self.watches and self._observed is not None and here > step_id(self._observed)
+                and self._acted != step_id(self._observed))

@@ -1,23 +1,27 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is said between world, mentor and learner: tuples with the fields of the messages."""
+"""The messages between world, mentor and learner, as tuples with the fields of `comply_msgs`."""
+
+from __future__ import annotations
 
 from array import array
 from math import isfinite
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from comply_ros.world.grid import Grid, NO_ACTION
 
-ANYONE = 0  # number of no learner in particular
-NO_RUN = 0  # number of no run; runs have numbers from 1 upwards
+ANYONE = 0  # the number of any learner
+NO_RUN = 0  # the number of no run; runs have numbers from 1 upwards
 LONGEST_NAME = 255  # characters of the name of a world, as of a file
-REPORTS = 1000  # reports of episodes and iterations that are kept for who comes late
+REPORTS = 1000  # reports of episodes and iterations that late subscribers receive
+
+StepId = tuple[int, int]  # (episode, step): later messages of a run have greater ones
 
 
 class WorldDescription(NamedTuple):
     """
-    All that another node needs to rebuild the world; `rows` top row first.
+    Everything that another node needs to rebuild the world.
 
-    replaces: the run that this one follows after a reset.
+    rows: top row first. replaces: the run that this one follows after a reset.
     """
 
     run: int
@@ -25,8 +29,8 @@ class WorldDescription(NamedTuple):
     name: str
     width: int
     height: int
-    rows: tuple
-    starts: tuple
+    rows: tuple[str, ...]
+    starts: tuple[int, ...]
     step_reward: float
     obstacle_reward: float
     goal_reward: float
@@ -38,7 +42,7 @@ class WorldDescription(NamedTuple):
 
 
 class StateReward(NamedTuple):
-    """The question: where the learner is now, and what the last action earned."""
+    """An observation: the state of the learner, and the reward of its last action."""
 
     run: int
     episode: int
@@ -51,7 +55,7 @@ class StateReward(NamedTuple):
 
 
 class Recommendation(NamedTuple):
-    """What the mentor would do in that state; action -1 is no advice."""
+    """The action of the mentor in a state, -1 for no advice."""
 
     run: int
     episode: int
@@ -61,7 +65,7 @@ class Recommendation(NamedTuple):
 
 
 class Action(NamedTuple):
-    """The answer, and the advice it had; action -1 at an episode's end (the next may begin)."""
+    """The action of the learner, and the advice it had; -1 at the end of an episode."""
 
     run: int
     episode: int
@@ -75,7 +79,7 @@ class Action(NamedTuple):
 
 
 class Episode(NamedTuple):
-    """How an episode went."""
+    """Steps and return of an episode."""
 
     run: int
     episode: int
@@ -86,7 +90,7 @@ class Episode(NamedTuple):
 
 
 class Progress(NamedTuple):
-    """How an iteration went; `confidence` is nan where no decision had advice."""
+    """The result of an iteration; `confidence` is nan where no decision had advice."""
 
     run: int
     iteration: int
@@ -105,7 +109,7 @@ class Trust(NamedTuple):
     run: int
     width: int
     height: int
-    confidence: array  # of type code f: a list would be looked at element by element
+    confidence: array[float]  # type code f: rclpy checks a list element by element
 
 
 class Policy(NamedTuple):
@@ -114,7 +118,7 @@ class Policy(NamedTuple):
     run: int
     width: int
     height: int
-    action: array  # of type code b
+    action: array[int]  # type code b
 
 
 class Values(NamedTuple):
@@ -123,11 +127,11 @@ class Values(NamedTuple):
     run: int
     width: int
     height: int
-    value: array  # of type code d
+    value: array[float]  # type code d
 
 
 class LearnerDescription(NamedTuple):
-    """Who learns, and how; `settings` is JSON, `digest` is empty where it begins."""
+    """The learner and its settings (JSON); `digest` is empty at the start of a training."""
 
     run: int
     learner: int
@@ -139,15 +143,15 @@ class LearnerDescription(NamedTuple):
     digest: str
 
 
-# What is said on each topic.
-TOPIC_TYPES = {'world': WorldDescription, 'state': StateReward, 'recommendation': Recommendation,
+# The message of each topic.
+TOPIC_TYPES: dict[str, type[Any]] = {'world': WorldDescription, 'state': StateReward, 'recommendation': Recommendation,
           'action': Action, 'episode': Episode, 'progress': Progress, 'trust': Trust,
           'policy': Policy, 'values': Values, 'mentor_policy': Policy,
           'method': LearnerDescription}
 
 
 class AnsweredObservation(NamedTuple):
-    """A question that a learner has answered, and the advice that it had; for its journal."""
+    """An observation that a learner has answered, and the advice that it had, for its journal."""
 
     episode: int
     step: int
@@ -159,44 +163,48 @@ class AnsweredObservation(NamedTuple):
 
 
 class Rejected(NamedTuple):
-    """What could not be right, and was neither answered nor learned from."""
+    """A message that cannot be right: nothing is answered or learned from it."""
 
     kind: str
     reason: str
 
 
 class Ignored(NamedTuple):
-    """What came late or twice, as it may in any network, and changed nothing."""
+    """A message that came late or twice, as in any network: it changes nothing."""
 
     kind: str
     reason: str
 
 
 class Inactive(NamedTuple):
-    """This node is one too many: it says and learns nothing any more."""
+    """Another learner or world owns this run: this node publishes and learns nothing any more."""
 
     reason: str
 
 
 class Notice(NamedTuple):
-    """Something that a person at the terminal wants to know."""
+    """A line for the log."""
 
     text: str
 
 
-def follows(msg, before):
-    """Tell whether a `WorldDescription` is the world of `before` (or None) after a reset."""
-    return (before is not None and msg.replaces == before.run != NO_RUN
-            and msg.sha256 == before.sha256)
+Output = Any  # one of the tuples above: to be published or logged
+Outputs = tuple[Output, ...]
 
 
-def step_id(msg):
-    """(episode, step) of a message of the loop: later messages have greater turns."""
+def step_id(msg: Any) -> StepId:
+    """(episode, step) of a message of the loop."""
     return msg.episode, msg.step
 
 
-def describe(grid, name, run, began=0.0):
-    """`WorldDescription` of a grid; began: seconds since 1970."""
+def is_reset_of(description: WorldDescription, before: WorldDescription | None) -> bool:
+    """Tell whether a world is the world of `before` after a reset."""
+    return (before is not None and description.replaces == before.run != NO_RUN
+            and description.sha256 == before.sha256)
+
+
+def describe_world(grid: Grid, name: str, run: int, began: float = 0.0) -> WorldDescription:
+    """Description of a grid; began: system time in seconds since 1970, for people to read."""
     return WorldDescription(
         run=run, began=began, name=name, width=grid.width, height=grid.height, rows=grid.rows,
         starts=grid.starts, step_reward=grid.step_reward, obstacle_reward=grid.obstacle_reward,
@@ -204,13 +212,13 @@ def describe(grid, name, run, began=0.0):
         slips_bump=grid.slips_bump, sha256=grid.sha256)
 
 
-def grid_from_description(msg):
+def grid_from_description(msg: WorldDescription) -> Grid:
     """
     `Grid` of a `WorldDescription`.
 
     Raises
     ------
-    ValueError: if it breaks a rule of the map, or is not what its hash says.
+    ValueError: if it breaks a rule of the map, or does not have the hash that it gives.
 
     """
     grid = Grid(tuple(msg.rows), tuple(msg.starts), msg.step_reward, msg.obstacle_reward,

@@ -1,60 +1,63 @@
 # SPDX-License-Identifier: Apache-2.0
-"""When the next question is asked: at once, on a tick of a rate, or step by step."""
+"""Holds the observations of a world while it is paused, stepped or paced."""
+
+from comply_ros.protocol.messages import Outputs
 
 
 class PauseGate:
     """
-    Holds back what follows from an answer, and says when it may be said. It changes no bits.
+    Holds the outputs that follow an action, until they may be published. It changes no bits.
 
     Attributes
     ----------
-    paused: whether nothing is said but what a step lets out.
-    ticks: whether what is not paused waits for a tick.
-    held: what is held back, empty where nothing is.
+    paused: whether only `step` releases outputs.
+    paced: whether outputs wait for the next `tick` where it is not paused.
+    held: the outputs that are held, empty where there are none.
 
     """
 
-    def __init__(self):
-        self.paused, self.ticks, self.held = False, False, ()
-        self._steps = 0  # that nothing was held for yet
+    def __init__(self) -> None:
+        self.paused, self.paced = False, False
+        self.held: Outputs = ()
+        self._steps = 0  # requested while nothing was held
 
-    def admit(self, outputs):
-        """Return what may be said now, all or nothing; the rest is held."""
+    def admit(self, outputs: Outputs) -> Outputs:
+        """Return what may be published now, all or nothing; the rest is held."""
         if self._steps:
             self._steps -= 1
             return outputs
-        if not (self.paused or self.ticks):
+        if not (self.paused or self.paced):
             return outputs
         self.held = outputs
         return ()
 
-    def restart(self, outputs):
-        """Forget what was held, and steps; return what may be said now, without a tick."""
+    def restart(self, outputs: Outputs) -> Outputs:
+        """Forget steps and what was held; return what may be published now, without a tick."""
         self._steps, self.held = 0, outputs if self.paused else ()
         return () if self.paused else outputs
 
-    def pause(self, wanted):
-        """Pause, or go on; return what may be said now."""
-        if wanted == self.paused:
+    def pause(self, paused: bool) -> Outputs:
+        """Pause, or continue; return what may be published now."""
+        if paused == self.paused:
             return ()
-        self.paused, self._steps = wanted, 0
-        return () if wanted or self.ticks else self._release()
+        self.paused, self._steps = paused, 0
+        return () if paused or self.paced else self._release()
 
-    def step(self):
-        """Return what was held; where nothing is, the next is not held back: it is on its way."""
+    def step(self) -> Outputs:
+        """Return what was held; where nothing was, the next outputs are not held."""
         if not self.held:
             self._steps += 1
         return self._release()
 
-    def tick(self):
+    def tick(self) -> Outputs:
         """Return what waited for a tick."""
         return () if self.paused else self._release()
 
-    def pace(self, ticks):
-        """Wait for ticks from now on, or not; return what may be said now."""
-        self.ticks = ticks
-        return () if ticks else self.tick()
+    def pace(self, paced: bool) -> Outputs:
+        """Wait for ticks from now on, or not; return what may be published now."""
+        self.paced = paced
+        return () if paced else self.tick()
 
-    def _release(self):
+    def _release(self) -> Outputs:
         held, self.held = self.held, ()
         return held

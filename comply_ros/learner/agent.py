@@ -1,0 +1,230 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The agent: it acts, learns from rewards, and counts its iterations; plain values in and out."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from comply_ros.learner.confidence import apply_advice_prior
+from comply_ros.learner.exploration import choose, DRAWS
+from comply_ros.learner.learner_config import LearnerConfig
+from comply_ros.learner.learner_state import initial_state, LearnerState
+from comply_ros.learner.model import finish_episode
+from comply_ros.learner.reconfigure import changed_state
+from comply_ros.learner.update_rules import decay_schedules, learn
+from comply_ros.numerics.rng import random_streams, UniformRows
+from comply_ros.numerics.summation import mean_in_order
+from comply_ros.world.grid import NO_ACTION
+from comply_ros.world.mdp import World
+
+
+class IterationResult(NamedTuple):
+    """
+    One mini-batch of episodes.
+
+    Attributes
+    ----------
+    number: from 1.
+    mean_return: per episode.
+    confidence: mean p over the decisions that had advice, nan without any.
+    temperature: of the softmax in it.
+    steps: actions taken in it.
+
+    """
+
+    number: int
+    mean_return: float
+    confidence: float
+    temperature: float
+    steps: int
+
+
+class Decision(NamedTuple):
+    """
+    What the agent does in a state.
+
+    Attributes
+    ----------
+    action: -1 at a goal.
+    followed: whether the advice was followed.
+    confidence: the probability p with which it was, 0 without advice.
+    iteration: the result of the iteration that ends here, if one does.
+
+    """
+
+    action: int
+    followed: bool
+    confidence: float
+    iteration: IterationResult | None
+
+
+# The attributes that `Agent.state_dict` holds besides the arrays of the state.
+COUNTERS = ('iterations_done', 'steps', 'finished', '_whole_episode', '_return', '_returns',
+            '_iteration_steps', '_advised', '_confidence_sum', '_last_state', '_last_action',
+            '_last_advice')
+
+
+class Agent:
+    """
+    A learner that the nodes step observation by observation, and `Training` in compiled blocks.
+
+    Parameters
+    ----------
+    config: its settings.
+    seed: of its decisions.
+
+    Attributes
+    ----------
+    config: as given, or as changed by `reconfigure`.
+    draws: the random numbers of its decisions, a row for each observation.
+    state: what it has learned; set by `start`.
+    kernel_config: the settings as kernels take them.
+    steps, iterations_done: so far.
+    finished: True when all iterations are done.
+    learns: False in the first iterations, which only measure.
+
+    """
+
+    state: LearnerState
+
+    def __init__(self, config: LearnerConfig, seed: int) -> None:
+        self.config, self._seed = config, seed
+        self.draws = UniformRows(random_streams(seed)[1], DRAWS)
+        self.forget_last_action()
+
+    def start(self, world: World) -> None:
+        """Start to learn in a world, with nothing learned; the random numbers continue."""
+        self._world = world
+        self._use(initial_state(world, self.config))
+        self.iterations_done, self.steps, self.finished = 0, 0, False
+        self.learns = self.config.measuring_iterations == 0
+        self._start_iteration()
+        self._whole_episode, self._return = False, 0.0
+
+    def reset(self) -> None:
+        """Forget everything that was learned; the random numbers start again from the seed."""
+        self.draws = UniformRows(random_streams(self._seed)[1], DRAWS)
+        self.start(self._world)
+        self.forget_last_action()
+
+    def forget_last_action(self) -> None:
+        """Learn nothing from the next reward: the last action did not lead to it."""
+        self._last_state, self._last_action, self._last_advice = 0, NO_ACTION, NO_ACTION
+
+    def reconfigure(self, config: LearnerConfig) -> None:
+        """Continue under other settings. A finished agent continues if `iterations` changed."""
+        before, self.config = self.config, config
+        self.finished = self.finished and config.iterations == before.iterations
+        self._use(changed_state(self.state, self._world, before, config))
+        self.learns = self.iterations_done >= config.measuring_iterations
+
+    def step(self, s: int, step: int, reward: float, terminated: bool, truncated: bool,
+             advice: int) -> Decision:
+        """
+        Choose the action in state s, then learn from the reward of the last action.
+
+        Parameters
+        ----------
+        step: of the episode; at 0 an episode starts, and the reward is 0.
+        reward: of the action that led to s.
+        terminated, truncated: whether the episode ends here, at a goal or at the step limit.
+        advice: the mentor's action in s, -1 for none.
+
+        """
+        u_listen, u_act = self.draws.row()
+        config, state, a, p = self.kernel_config, self._views, NO_ACTION, 0.0
+        if not terminated:
+            if self.learns:
+                apply_advice_prior(s, advice, config, state)
+            a, p = choose(s, advice, step, u_listen, u_act, config, state)
+            if advice != NO_ACTION:
+                self._advised += 1
+                self._confidence_sum += p
+        if step == 0:
+            self._abandon_episode()
+            self._whole_episode = True
+        elif self._last_action == NO_ACTION:
+            self._abandon_episode()
+        else:
+            self._return += reward
+            self._iteration_steps += 1
+            self.steps += 1
+            if self.learns:
+                learn(self._last_state, self._last_action, reward, s, a, terminated,
+                      self._last_advice, config, state)
+        self._last_state, self._last_action, self._last_advice = s, a, advice
+        iteration = self._finish_episode() if terminated or truncated else None
+        return Decision(a, u_listen < p, p, iteration)
+
+    def finish_iteration(self, returns: list[float], advised: float, confidence_sum: float,
+                         steps: int) -> IterationResult:
+        """
+        Change the schedules at the end of an iteration, and return its result.
+
+        Parameters
+        ----------
+        returns: of its episodes.
+        advised: number of its decisions with advice.
+        confidence_sum: over these decisions.
+        steps: taken in it.
+
+        """
+        temperature = float(self.state.temperature[0])
+        mean = mean_in_order(returns)
+        decay_schedules(mean, self.kernel_config, self.state)
+        self.iterations_done += 1
+        self.finished = self.iterations_done == self.config.iterations
+        self.learns = self.iterations_done >= self.config.measuring_iterations
+        confidence = float(confidence_sum / advised) if advised else float('nan')
+        return IterationResult(self.iterations_done, mean, confidence, temperature, steps)
+
+    def state_dict(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+        """Return everything needed to continue later: values for JSON, and arrays by name."""
+        values = {name.lstrip('_'): getattr(self, name) for name in COUNTERS}
+        return {**values, 'observations': self.draws.used}, dict(self.state._asdict())
+
+    def load_state_dict(self, values: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> None:
+        """
+        Continue from what `state_dict` returned in the same world.
+
+        Raises
+        ------
+        ValueError: if an array has another shape than that of this world and these settings.
+
+        """
+        for name in COUNTERS:
+            setattr(self, name, values[name.lstrip('_')])
+        self.draws.skip_to(values['observations'])
+        self.learns = self.iterations_done >= self.config.measuring_iterations
+        for name, array in self.state._asdict().items():
+            if arrays[name].shape != array.shape:
+                raise ValueError(f'{name} must have the shape {array.shape}, '
+                                 f'got {arrays[name].shape}')
+            array[...] = arrays[name]
+
+    def _use(self, state: LearnerState) -> None:
+        self.state, self._views = state, state.views()
+        self.kernel_config = self.config.for_kernels()
+
+    def _start_iteration(self) -> None:
+        self._returns: list[float] = []
+        self._advised, self._confidence_sum, self._iteration_steps = 0, 0.0, 0
+
+    def _abandon_episode(self) -> None:
+        """End what led here; unless this is the start of an episode, it does not count."""
+        finish_episode(self.kernel_config, self._views)
+        self._whole_episode, self._return = False, 0.0
+
+    def _finish_episode(self) -> IterationResult | None:
+        finish_episode(self.kernel_config, self._views)
+        if self._whole_episode:
+            self._returns.append(self._return)
+        if len(self._returns) < self.config.episodes:
+            return None
+        result = self.finish_iteration(self._returns, self._advised, self._confidence_sum,
+                                       self._iteration_steps)
+        self._start_iteration()
+        return result

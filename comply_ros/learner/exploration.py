@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Choice of the next action: the advice, the softmax (2.24), or an action never tried."""
+
+import math
+
+from comply_ros.learner.confidence import confidence, exploration_probability
+from comply_ros.learner.learner_config import HEAD_START, KernelConfig, NO_TRUST
+from comply_ros.learner.learner_state import Array, LearnerState
+from comply_ros.numerics.jit import kernel
+from comply_ros.numerics.q_ops import count_untried, max_q_except, NOTHING
+from comply_ros.world.grid import NO_ACTION
+
+DRAWS = 2  # uniforms for each observation: one to listen or not, one for the own choice
+
+
+@kernel
+def choose(s: int, advice: int, step: int, u_listen: float, u_act: float,
+           config: KernelConfig, state: LearnerState) -> tuple[int, float]:
+    """
+    Return the action in state s, and the confidence p in the advice: (3.2), (3.7).
+
+    The advice is followed where u_listen < p. Otherwise the softmax (2.24) decides; with a head
+    start, an action never tried or the best action.
+
+    Parameters
+    ----------
+    advice: the mentor's action, -1 for none (then p is 0).
+    step: of the episode, from 0.
+    u_listen, u_act: uniform in [0, 1).
+
+    """
+    p = 0.0
+    if advice >= 0 and config.trust != NO_TRUST:
+        p = confidence(s, advice, step, config, state)
+    if u_listen < p:
+        return advice, p
+    if config.trust == HEAD_START:
+        explores = u_listen >= 1.0 - exploration_probability(advice, config, state)
+        return greedy_or_untried_action(s, explores, u_act, state.q, state.visits), p
+    excluded = advice if config.excludes_refused and config.trust != NO_TRUST else -1
+    return softmax_action(s, excluded, u_act, state.temperature[0], state.q), p
+
+
+@kernel
+def softmax_action(s: int, excluded: int, u: float, temperature: float, q: Array) -> int:
+    """
+    Action of state s drawn by the Gibbs softmax (2.24), without the excluded one (-1: all).
+
+    u: uniform in [0, 1). An action that the state does not have has the value -inf and weight 0.
+    A state with no other action than the excluded one gives that action.
+    """
+    best = max_q_except(s, excluded, q)
+    if best == NOTHING:
+        return excluded
+    scale = 1.0 / temperature
+    c0 = 0.0 if excluded == 0 else math.exp((q[s, 0] - best) * scale)
+    w1 = 0.0 if excluded == 1 else math.exp((q[s, 1] - best) * scale)
+    w2 = 0.0 if excluded == 2 else math.exp((q[s, 2] - best) * scale)
+    w3 = 0.0 if excluded == 3 else math.exp((q[s, 3] - best) * scale)
+    c1 = c0 + w1
+    c2 = c1 + w2
+    total = c2 + w3
+    x = u * total
+    if x >= total:  # rounded up: the last action that has a weight
+        return 3 if w3 > 0.0 else 2 if w2 > 0.0 else 1 if w1 > 0.0 else 0
+    return int(x >= c0) + int(x >= c1) + int(x >= c2)
+
+
+@kernel
+def greedy_or_untried_action(s: int, explores: bool, u: float, q: Array, visits: Array) -> int:
+    """
+    Action of state s that was never tried if one is to be explored, else a best action.
+
+    u: uniform in [0, 1); candidates are equally likely.
+    """
+    best, untried, ties = max_q_except(s, -1, q), count_untried(s, q, visits), 0
+    for a in range(4):
+        ties += int(q[s, a] == best)
+    explores = explores and untried > 0
+    pick = int(u * (untried if explores else ties))
+    for a in range(4):
+        if (q[s, a] > NOTHING and visits[s, a] == 1.0) if explores else q[s, a] == best:
+            if pick == 0:
+                return a
+            pick -= 1
+    return NO_ACTION
