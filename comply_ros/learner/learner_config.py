@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections import namedtuple
-from dataclasses import dataclass, field, Field, fields, replace
+from dataclasses import dataclass, Field, field, fields, replace
 from typing import Any
 
 TRUSTS = ('none', 'scheduled', 'beta', 'explicit', 'shaping', 'jump_start', 'head_start')
@@ -140,7 +140,8 @@ class LearnerConfig:
 CONFIG_FIELDS = {each.name: each for each in fields(LearnerConfig)}
 KernelConfig: Any = namedtuple('KernelConfig', CONFIG_FIELDS)
 TYPES = {'bool': bool, 'int': int, 'float': float, 'str': str}  # as the fields are annotated
-KINDS = {bool: 'true or false', int: 'a whole number', float: 'a number such as 1.0', str: 'text'}
+KINDS: dict[type, str] = {
+    bool: 'true or false', int: 'a whole number', float: 'a number such as 1.0', str: 'text'}
 
 
 def field_type(name: str) -> type:

@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 import hashlib
-from typing import Any, cast, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from comply_ros.learner.learner_config import LearnerConfig
+from comply_ros.numerics.jit import plain_view
 from comply_ros.world.mdp import World
 
 LISTEN, DISCARD, IN_POOL = range(3)  # belief[s, ...]
@@ -65,7 +66,7 @@ class LearnerState(NamedTuple):
 
     def views(self) -> LearnerState:
         """Return memoryviews of the same arrays, for kernels that run as plain Python."""
-        return LearnerState(*(cast(Any, memoryview(array)) for array in self))
+        return LearnerState(*map(plain_view, self))
 
     def digest(self) -> str:
         """SHA-256 (hex) over all elements as little-endian float64, field after field."""

@@ -50,7 +50,7 @@ def snapshot_policy(world, level, seed, on_progress):
     nearest, distance = None, float('inf')
     for number in range(SNAPSHOT_ITERATIONS):
         training.iterate()
-        policy = greedy(training.memory.q, world.free)
+        policy = greedy(training.state.q, world.free)
         away = abs(reference.optimality(reference.return_of(policy)) - level)
         if away < distance:
             nearest, distance = policy, away

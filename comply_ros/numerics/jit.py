@@ -7,6 +7,7 @@ import os
 from pathlib import Path
 from pickle import UnpicklingError
 import shutil
+from typing import Any
 
 KERNELS = {}
 SPOILED = EOFError, ImportError, OSError, ValueError, UnpicklingError  # what a bad cache raises
@@ -16,6 +17,11 @@ def kernel(function):
     """Return the function unchanged, and remember that compiled code may call it."""
     KERNELS[f'{function.__module__}.{function.__qualname__}'] = function
     return function
+
+
+def plain_view(array: Any) -> Any:
+    """View of an array for kernels that run as plain Python: single elements come three times as fast."""
+    return memoryview(array)
 
 
 @cache

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections import deque
 from typing import Any
 
+from comply_ros.numerics.jit import plain_view
 from comply_ros.numerics.rng import random_streams, UniformRows
 from comply_ros.protocol.messages import (
     Action,
@@ -67,10 +68,10 @@ class GridWorld:
         self._world, self._seed = World(grid), seed
         self._draws = UniformRows(random_streams(seed)[0], 1)
         self._limit, self._intended = grid.step_limit, float(grid.intended)
-        self._successor: Any = memoryview(self._world.successor)
-        self._reward: Any = memoryview(self._world.reward)
-        self._slips: Any = memoryview(self._world.slips)
-        self._terminal: Any = memoryview(self._world.terminal)
+        self._successor = plain_view(self._world.successor)
+        self._reward = plain_view(self._world.reward)
+        self._slips = plain_view(self._world.slips)
+        self._terminal = plain_view(self._world.terminal)
         self._starts = grid.starts
         self.description = describe_world(grid, name, run, began)
         self.journal_entries: list[Action] = []

@@ -303,8 +303,7 @@ class Learner:
         description = self.tracker.description
         assert description is not None
         return {'agent': agent, 'number': self.number, 'changes': self.changes,
-                'description': description._replace(rows=list(description.rows),
-                                                    starts=list(description.starts)),
+                'description': description,
                 'order': self.tracker.state_dict(), 'last_advice': self._last_advice,
                 'action': self._action, 'advised_action': self._advised_action,
                 'reports': list(self.reports)}, {**arrays, **self._advice.arrays()}
@@ -338,13 +337,13 @@ class Learner:
         if isinstance(entry, Recommendation):
             self._advice.restore_advice(entry)
             return
-        *observation, advice = entry
-        msg = StateReward(self.tracker.run or 0, *observation)
+        msg = StateReward(self.tracker.run or 0, entry.episode, entry.step, entry.state,
+                          entry.reward, entry.terminated, entry.truncated)
         early = self._advice.add_observation(step_id(msg), msg.state)
         if early:
             self._advice.add_advice(early, self._world)
         self.waiting = msg
-        self._answer(advice)
+        self._answer(entry.advice)
 
     def _start_run(self, is_reset: bool) -> Outputs:
         """Take part in a new run, and start to learn if its world is another one."""

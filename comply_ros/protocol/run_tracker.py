@@ -8,6 +8,7 @@ from collections.abc import Callable
 from math import isfinite
 from typing import Any
 
+from comply_ros.numerics.jit import plain_view
 from comply_ros.protocol.messages import (
     ANYONE,
     grid_from_description,
@@ -160,8 +161,8 @@ class RunTracker:
         self.world_changed = self.world is None or self.world.grid != grid
         if self.world_changed:
             self.world = World(grid)
-            self._successor = memoryview(self.world.successor)
-            self._terminal = memoryview(self.world.terminal)
+            self._successor = plain_view(self.world.successor)
+            self._terminal = plain_view(self.world.terminal)
             self._step_limit = self.world.grid.step_limit
         return (*self._on_new_run(is_reset), *(
             output for handler, (msg, _) in held.items() for output in handler(msg)))
