@@ -137,7 +137,7 @@ def digest_in_process(options):
                         options.row, options.seed)
     while training.iterations_done < options.row.iterations:
         training.iterate()
-    return training.memory.digest()
+    return training.state.digest()
 
 
 if __name__ == '__main__':

@@ -101,7 +101,7 @@ def train_one(options, world, advice, seed, tell, stop):
             return None
     seconds = time.perf_counter() - begin
     if seed == options.seed:
-        save_learning(options.out / 'learning.npz', options.row, training.memory,
+        save_learning(options.out / 'learning.npz', options.row, training.state,
                       advice.tolist())
     return {'seed': seed, 'returns': returns, 'steps': steps, 'wall_seconds': seconds,
-            'digest': training.memory.digest()}
+            'digest': training.state.digest()}

@@ -141,18 +141,18 @@ def learn(run, stop=None, watches_values=False):
     training = Training(world, AdviceBudget(world, advice, run.budget, run.advising), row, run.seed)
     returns, changes, steps = [], [], 0
     for _ in range(row.iterations):
-        before = training.memory.q.copy() if watches_values else None
+        before = training.state.q.copy() if watches_values else None
         iteration = training.iterate()
         returns.append(iteration.mean_return)
         steps += iteration.steps
         if watches_values:
             there = world.available
-            changes.append(float(np.abs(training.memory.q[there] - before[there]).max()))
+            changes.append(float(np.abs(training.state.q[there] - before[there]).max()))
         if stop is not None and stop.is_set():
             return None
-    memory = training.memory
+    memory = training.state
     return Learned(returns, changes, confidence_map(row, memory, advice).tolist(),
-                   memory.arrivals > 1.0, memory.q, steps, memory.digest())
+                   memory.departures > 1.0, memory.q, steps, memory.digest())
 
 
 class Growth(NamedTuple):
@@ -171,7 +171,7 @@ def growth(run):
     for number in range(1, row.iterations + 1):
         iteration = training.iterate()
         if number % EVERY == 0:
-            policy = greedy(training.memory.q, world.free)
+            policy = greedy(training.state.q, world.free)
             looks.append((number, iteration.mean_return, reference.return_of(policy)))
     return Growth(*map(list, zip(*looks)))
 

@@ -60,7 +60,7 @@ class Checkpointing:
             return True
         self._node.get_logger().warning(
             f'state_dir {self._folder!r} was taken away: it is made anew')
-        actor.begins = True
+        actor.needs_checkpoint = True
         return self.keep(actor)
 
     def close(self):
@@ -73,18 +73,18 @@ class Checkpointing:
         try:
             if self.keeper is None:
                 return
-            if actor.begins or self.keeper.trouble:
-                self.keeper.begin(*actor.state())
-                actor.begins = False
+            if actor.needs_checkpoint or self.keeper.trouble:
+                self.keeper.begin(*actor.state_dict())
+                actor.needs_checkpoint = False
             else:
-                self.keeper.keep(actor.told)
+                self.keeper.keep(actor.journal_entries)
         finally:
-            actor.told.clear()  # the state has it, or the keeper
+            actor.journal_entries.clear()  # the state has it, or the keeper
 
     def _renew(self, actor):
         """Write a new snapshot; where that cannot be, the journal goes on."""
         try:
-            self.keeper.begin(*actor.state())
+            self.keeper.begin(*actor.state_dict())
         except OSError as error:
             self.keeper.put_off()
             self._node.get_logger().warning(f'no new snapshot in state_dir {self._folder!r} '

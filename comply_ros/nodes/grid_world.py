@@ -1,136 +1,133 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The node that publishes states and rewards."""
+"""The node `grid_world`: publishes states and rewards, and moves by the learner's actions."""
 
 from pathlib import Path
 import secrets
 import time
+from typing import Any
 
 from std_srvs.srv import SetBool, Trigger
 
-from comply_ros.nodes.parameters import (
-    MAP,
-    ParameterError,
-    PROFILE,
-    RATE,
-    SEED,
-    sets,
-    SLOWEST,
-)
-from comply_ros.nodes.protocol_node import map_words, ProtocolNode
+from comply_ros.nodes.clocks import PaceTimer, steady_timer
+from comply_ros.nodes.parameters import MAP, ParameterError, PROFILE, RATE, SEED, sets, SLOWEST
+from comply_ros.nodes.protocol_node import map_text, ProtocolNode
 from comply_ros.nodes.spin import run_node
 from comply_ros.nodes.topics import ACTION, EPISODE, PAUSE, RESET, STATE, STEP, WORLD
 from comply_ros.protocol.grid_world import GridWorld
-from comply_ros.protocol.messages import Action, step_id
+from comply_ros.protocol.messages import Action, Outputs, step_id, StepId, WorldDescription
 from comply_ros.protocol.validation import rejected_description
 from comply_ros.storage.map_files import read_map
 from comply_ros.storage.state_store import StateError
 from comply_ros.world.grid import MapError
 
-FIRST_PAUSE, LONGEST_PAUSE = 0.02, 5.0  # seconds before an unanswered question is said again
+# Seconds before an unanswered observation is repeated, at first and at most.
+FIRST_PAUSE, LONGEST_PAUSE = 0.02, 5.0
 
 
 class GridWorldNode(ProtocolNode):
-    """Describes the world, asks with a state, and moves by the action that answers."""
+    """Publishes the description of the world, then one observation for each action."""
 
-    def __init__(self, **kwargs):
+    def __init__(self, **kwargs: Any) -> None:
         super().__init__('grid_world', **kwargs)
         name, profile, seed = (self.declare(each) for each in (MAP, PROFILE, SEED))
-        grid = read_map(name, profile)
-        self.actor = GridWorld(grid, Path(name).stem, new_run(), seed, time.time())
-        kept = self.store.recall({'map': map_words(Path(name).stem, grid.sha256), 'seed': seed},
-                                 (Action,))
-        if kept:
-            self.actor.restore(*kept)
-            self.get_logger().info(f'goes on at turn {step_id(self.actor.question)}')
+        grid, map_name = read_map(name, profile), Path(name).stem
+        self.machine = GridWorld(grid, map_name, new_run(), seed, time.time())
+        self._started = time.monotonic()
+        saved = self.checkpointing.recall(
+            {'map': map_text(map_name, grid.sha256), 'seed': seed}, (Action,))
+        if saved:
+            self.machine.load_state_dict(*saved)
+            self.get_logger().info(f'continues at step id {step_id(self.machine.observation)}')
         for topic in (WORLD, STATE, EPISODE):
             self.advertise(topic)
-        self.subscribe(ACTION, self.actor.on_action)
-        self.subscribe(WORLD, self.on_world, also_paused=True)
-        for kind, service, reply in (SetBool, PAUSE, self.pause), (Trigger, STEP, self.step), \
-                (Trigger, RESET, self.reset):
-            self.serves(kind, service, reply)
-        self._timer, self._open, self._signs, self._since = None, None, 0, 0.0
-        self._wait, self._next = FIRST_PAUSE, 0.0
-        self.create_timer(FIRST_PAUSE, self._repeat)
+        self.subscribe(ACTION, self.machine.on_action)
+        self.subscribe(WORLD, self.on_world, also_blocked=True)
+        self.serve(SetBool, PAUSE, self.pause)
+        self.serve(Trigger, STEP, self.step)
+        self.serve(Trigger, RESET, self.reset)
+        self._pace_timer: PaceTimer | None = None
+        self._open: StepId | None = None  # the observation that may have to be repeated
+        self._learner_messages, self._since = 0, 0.0
+        self._pause, self._next = FIRST_PAUSE, 0.0
+        steady_timer(self, FIRST_PAUSE, self._repeat)
         rate = self.declare(RATE)
         check_rate(rate)
-        sets(self, self._pace, check=lambda values: check_rate(values.get('rate', rate)))
-        self._pace({'rate': rate})
-        self.answer(self.actor.recall())
+        sets(self, self._set_rate, check=lambda values: check_rate(values.get('rate', rate)))
+        self._set_rate({'rate': rate})
+        self.respond(self.machine.last_outputs())
 
-    def on_world(self, msg):
-        """Return what is to be said about another world on the same topics."""
+    def on_world(self, msg: WorldDescription) -> Outputs:
+        """Return outputs for another world on the same topics."""
         try:
-            return self.actor.on_world(msg)
+            return self.machine.on_world(msg, time.monotonic() - self._started)
         except ValueError as error:
             return (rejected_description(error),)
 
-    def look(self):
-        """Return nothing: this node leads, and repeats its question on a clock of its own."""
+    def tick(self) -> Outputs:
+        """Return nothing: this node repeats its observation by a timer of its own."""
         return ()
 
-    def pause(self, request, response):
-        """Answer the service: ask nothing any more, or go on."""
-        self.answer(self.actor.pause_gate.pause(request.data))
-        response.success, response.message = True, self.words()
+    def pause(self, request: Any, response: Any) -> Any:
+        """Serve `~/pause`: hold the observations, or continue."""
+        self.respond(self.machine.pause_gate.pause(request.data))
+        response.success, response.message = True, self.status_text()
         return response
 
-    def step(self, request, response):
-        """Answer the service: let one question be asked and answered, while paused."""
-        if not self.actor.pause_gate.paused:
-            response.message = f'a step must be from a pause, and this world {self.words()}'
+    def step(self, request: Any, response: Any) -> Any:
+        """Serve `~/step`: publish one observation while paused."""
+        if not self.machine.pause_gate.paused:
+            response.message = f'a step needs a paused world, and this one {self.status_text()}'
             return response
-        self.answer(self.actor.pause_gate.step())
-        response.success, response.message = True, 'one question'
+        self.respond(self.machine.pause_gate.step())
+        response.success, response.message = True, 'one step'
         return response
 
-    def reset(self, request, response):
-        """Answer the service: begin a new run."""
-        self.answer(self.actor.reset(new_run(), time.time()))
-        response.success, response.message = True, f'run {self.actor.description.run}'
+    def reset(self, request: Any, response: Any) -> Any:
+        """Serve `~/reset`: start a new run."""
+        self.respond(self.machine.reset(new_run(), time.time()))
+        response.success, response.message = True, f'run {self.machine.description.run}'
         return response
 
-    def words(self):
-        """How it is while all is well."""
-        return 'is paused' if self.actor.pause_gate.paused else 'runs'
+    def status_text(self) -> str:
+        """Text of what the node does while all is well."""
+        return 'is paused' if self.machine.pause_gate.paused else 'runs'
 
-    def _pace(self, values):
+    def _set_rate(self, values: dict[str, Any]) -> None:
         if 'rate' not in values:
             return
-        rate = values['rate']
-        if self._timer:
-            self.destroy_timer(self._timer)
-        self._timer = self.create_timer(1.0 / rate, self._tick) if rate else None
-        self.answer(self.actor.pause_gate.pace(bool(rate)))
+        if self._pace_timer:
+            self._pace_timer.destroy()
+        rate, gate = values['rate'], self.machine.pause_gate
+        self._pace_timer = PaceTimer(
+            self, 1.0 / rate, lambda: self.respond(gate.tick())) if rate else None
+        self.respond(gate.pace(bool(rate)))
 
-    def _repeat(self):
-        """Ask again what was not answered, with growing pauses; who has heard it drops it."""
-        now, opened, signs = time.monotonic(), step_id(self.actor.question), self.actor.signs
-        if opened != self._open or self.actor.pause_gate.held or self.paused:
-            self._since, self._wait, self._next = now, FIRST_PAUSE, now + FIRST_PAUSE
-        elif signs != self._signs:  # puts nothing off: old actions without end are no answer
-            self._since, self._wait = now, FIRST_PAUSE
-            self._next = min(self._next, now + FIRST_PAUSE)
-        self._open, self._signs = opened, signs
+    def _repeat(self) -> None:
+        """Repeat an unanswered observation, with growing pauses."""
+        now, machine = time.monotonic(), self.machine
+        if step_id(machine.observation) != self._open or machine.pause_gate.held or self.blocked:
+            self._since, self._pause, self._next = now, FIRST_PAUSE, now + FIRST_PAUSE
+        elif machine.learner_messages != self._learner_messages:
+            self._since, self._pause = now, FIRST_PAUSE
+            self._next = min(self._next, now + FIRST_PAUSE)  # late actions do not put it off
+        self._open = step_id(machine.observation)
+        self._learner_messages = machine.learner_messages
         if now >= self._next:
-            learner = self.actor.question.learner
-            self.say(self.actor.ask_again(now - self._since))
-            released = learner != self.actor.question.learner
-            self._wait = FIRST_PAUSE if released else min(2.0 * self._wait, LONGEST_PAUSE)
-            self._next = now + self._wait
-
-    def _tick(self):
-        self.answer(self.actor.pause_gate.tick())
+            learner = machine.observation.learner
+            self.publish(machine.repeat(now - self._since))
+            released = learner != machine.observation.learner
+            self._pause = FIRST_PAUSE if released else min(2.0 * self._pause, LONGEST_PAUSE)
+            self._next = now + self._pause
 
 
-def new_run():
-    """Return a number that no other run has, but by chance."""
+def new_run() -> int:
+    """Return a number that no other run has, except by chance."""
     return 1 + secrets.randbelow(2 ** 32 - 1)
 
 
-def check_rate(rate):
+def check_rate(rate: float) -> None:
     """
-    Return if a rate can be kept.
+    Return if a world can have this rate.
 
     Raises
     ------
@@ -142,6 +139,6 @@ def check_rate(rate):
         raise ParameterError(f'parameter rate must be 0.0 or at least {SLOWEST}, got {rate}')
 
 
-def main(argv):
+def main(argv: list[str]) -> int:
     """Run the node; return the exit code."""
     return run_node(GridWorldNode, argv, (ParameterError, MapError, StateError))

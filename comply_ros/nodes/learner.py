@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The node that learns."""
+"""The node `learner`: acts in every state, follows the mentor as far as it trusts it, learns."""
 
 from array import array
 from dataclasses import asdict, replace
 import json
 from pathlib import Path
 import secrets
-import time
+from typing import Any
 
 from comply_msgs.srv import Save
 import numpy as np
@@ -16,6 +16,7 @@ from std_srvs.srv import Trigger
 from comply_ros.learner.confidence import confidence_map
 from comply_ros.learner.learner_config import CONFIG_FIELDS, ConfigError
 from comply_ros.learner.presets import find_method
+from comply_ros.nodes.clocks import PaceClock, PaceTimer
 from comply_ros.nodes.cost_throttle import CostThrottle
 from comply_ros.nodes.parameters import (
     ADVICE_TIMEOUT,
@@ -50,101 +51,107 @@ from comply_ros.protocol.messages import (
     Ignored,
     LearnerDescription,
     Notice,
+    Outputs,
     Policy,
     Progress,
     Recommendation,
+    StateReward,
     Trust,
     Values,
+    WorldDescription,
 )
 from comply_ros.protocol.validation import rejected_description
 from comply_ros.storage.run_files import save_learning
 from comply_ros.storage.state_store import StateError
 from comply_ros.world.planning import greedy, state_values
 
-CHANGES = {*CONFIG_FIELDS, REMEMBERS_ADVICE.name, ADVICE_TIMEOUT.name}  # while it runs
+CHANGEABLE = {*CONFIG_FIELDS, REMEMBERS_ADVICE.name, ADVICE_TIMEOUT.name}  # while it runs
 
 
 class LearnerNode(ProtocolNode):
-    """Acts in every state, complying with the mentor as far as it trusts it, and learns."""
+    """Answers observations with actions, and publishes what it has learned once in a while."""
 
-    def __init__(self, **kwargs):
+    def __init__(self, **kwargs: Any) -> None:
         super().__init__('learner', **kwargs)
         name, profile, seed = (self.declare(each) for each in (METHOD, PROFILE, SEED))
-        row = find_method(name, profile)
-        fields = {each.name: self.declare(each) for each in field_parameters(row)}
-        method, remembers = replace(row, **fields), self.declare(REMEMBERS_ADVICE)
+        preset = find_method(name, profile)
+        config = replace(preset, **{each.name: self.declare(each)
+                                    for each in field_parameters(preset)})
+        remembers = self.declare(REMEMBERS_ADVICE)
         self._identity = name, seed, remembers
-        self.actor = Learner(method, seed, remembers, 1 + secrets.randbelow(2 ** 32 - 1))
-        self._map_pauses = CostThrottle(self.declare(MAP_PERIOD))
-        self._timeout = self.declare(ADVICE_TIMEOUT)
-        self._asked, self._since, self._hears_mentor, self._timer = None, 0.0, False, None
-        self._restore({'method': name, **asdict(method), 'seed': seed,
-                       'remembers_advice': remembers})
+        self.machine = Learner(config, seed, remembers, 1 + secrets.randbelow(2 ** 32 - 1))
+        self._map_throttle = CostThrottle(self.declare(MAP_PERIOD))
+        self._timeout, self._pace_clock = self.declare(ADVICE_TIMEOUT), PaceClock(self)
+        self._waiting_since: tuple[StateReward | None, float] = None, 0.0
+        self._hears_mentor = False
+        self._timeout_timer: PaceTimer | None = None
+        self._load({'method': name, **asdict(config), 'seed': seed,
+                    'remembers_advice': remembers})
         for topic in (DESCRIPTION, ACTION, PROGRESS, TRUST, POLICY, VALUES):
             self.advertise(topic)
-        self.serves(Save, SAVE, self.save)
+        self.serve(Save, SAVE, self.save)
         self.subscribe(WORLD, self.on_world)
-        self.subscribe(STATE, self.observe)
-        self._listen_to_mentor()
+        self.subscribe(STATE, self.on_state)
+        self._follow_settings()
         sets(self, self._change, self._check_changes)
-        self.serves(Trigger, RESET, self.reset)
-        self._say_what_was_kept()
+        self.serve(Trigger, RESET, self.reset)
+        self._publish_saved()
 
-    def on_world(self, msg):
-        """Return what is to be said about a world, and about a state that came before it."""
-        turns = self.actor.turns
+    def on_state(self, msg: StateReward) -> Outputs:
+        """Return the action in a state, and the maps when an iteration ends."""
+        outputs = self.machine.observe(msg)
+        return self._with_maps(outputs) if outputs and type(outputs[-1]) is Progress else outputs
+
+    def on_recommendation(self, msg: Recommendation) -> Outputs:
+        """Return the action in the state that waited for this advice."""
+        return self._with_maps(self.machine.on_recommendation(msg))
+
+    def on_world(self, msg: WorldDescription) -> Outputs:
+        """Return outputs for a world, and for a state of it that came before."""
+        step_count = self.machine.step_count
         try:
-            return self._in_its_world(self.actor.on_world(msg), turns)
+            return self._in_its_world(self.machine.on_world(msg), step_count)
         except ValueError as error:
             return (rejected_description(error),)
 
-    def look(self):
-        """Return what is to be said if another world is attended to now."""
-        turns = self.actor.turns
-        return self._in_its_world(super().look(), turns)
+    def tick(self) -> Outputs:
+        """Return the outputs that are due once a second."""
+        return self._in_its_world(super().tick(), self.machine.step_count)
 
-    def observe(self, msg):
-        """Return the action in a state, and the maps when an iteration ends."""
-        return self._with_maps(self.actor.observe(msg))
-
-    def on_recommendation(self, msg):
-        """Return the action in the state that waited for this advice."""
-        return self._with_maps(self.actor.on_recommendation(msg))
-
-    def reset(self, request, response):
-        """Answer the service: forget all that was learned."""
-        self.answer(self._with_new_maps(self.actor.reset()))
-        self._tell_who_learns()
+    def reset(self, request: Any, response: Any) -> Any:
+        """Serve `~/reset`: forget everything that was learned."""
+        self.respond(self._with_new_maps(self.machine.reset()))
+        self._publish_description()
         response.success, response.message = True, 'nothing is learned'
         return response
 
-    def save(self, request, response):
-        """Answer the service: write what was learned, return its digest."""
-        if self.actor.memory is None:
+    def save(self, request: Any, response: Any) -> Any:
+        """Serve `save`: write what was learned, return its digest."""
+        machine = self.machine
+        if machine.tracker.world is None:
             response.message = 'nothing is learned before a world is known'
-            return response
-        if request.steps not in (0, self.actor.student.steps):
+        elif request.steps not in (0, machine.agent.steps):
             response.message = (f'{ANOTHER}: one with {request.steps} steps, and this one has '
-                                f'{self.actor.student.steps}')
-            return response
-        if not request.path:
+                                f'{machine.agent.steps}')
+        elif not request.path:
             response.message = 'the path of the file must be given, got an empty one'
-            return response
-        reason = self._write(request.path)
-        if reason:
-            path = request.path if request.path.isprintable() else repr(request.path)
-            response.message = f'{path}: {reason}'
-            return response
-        response.success, response.digest = True, self.actor.memory.digest()
+        else:
+            reason = self._write(request.path)
+            if reason is None:
+                response.success, response.digest = True, machine.state.digest()
+            else:
+                path = request.path if request.path.isprintable() else repr(request.path)
+                response.message = f'{path}: {reason}'
         return response
 
-    def _write(self, path):
-        """Write what was learned to a file; return why it could not be, or None."""
+    def _write(self, path: str) -> str | None:
+        """Write what was learned to a file; return why that is impossible, or None."""
+        machine = self.machine
         try:
             place = Path(path).expanduser()
             if place.exists() and not place.is_file():  # as root, a device would be replaced
                 return 'there is something that is not a file'
-            save_learning(place, self.actor.method, self.actor.memory, self.actor.advice_heard())
+            save_learning(place, machine.config, machine.state, machine.advice())
         except OSError as error:
             return error.strerror.lower()
         except ValueError:  # a NUL, or half of a character
@@ -153,141 +160,145 @@ class LearnerNode(ProtocolNode):
             return 'no such user'
         return None
 
-    def words(self):
-        """How it is while all is well."""
-        return 'has finished' if self.actor.finished else 'runs'
+    def status_text(self) -> str:
+        """Text of what the node does while all is well."""
+        return 'has finished' if self.machine.finished else 'runs'
 
-    def _restore(self, identity):
-        """Go on from what was kept, if anything was."""
-        kept = self.store.recall(identity, (AnsweredObservation, Recommendation))
-        if kept:
-            self.actor.restore(*kept)
-            self.set_parameters([RosParameter(name, value=value)
-                                 for name, value in self.actor.changed.items()])
-            self._timeout = self.get_parameter(ADVICE_TIMEOUT.name).value
-            self.get_logger().info(
-                f'goes on after {self.actor.student.steps} steps ({len(kept[2])} records read '
-                'again from its journal)')
-        self._home = self.actor.described.sha256 if kept else None
+    def _load(self, identity: dict[str, Any]) -> None:
+        """Continue from the saved state, if there is one."""
+        saved, machine = self.checkpointing.recall(
+            identity, (AnsweredObservation, Recommendation)), self.machine
+        self._home: str | None = None  # the hash of the world that the state is of
+        if saved is None:
+            return
+        machine.load_state_dict(*saved)
+        self.set_parameters([RosParameter(name, value=value)
+                             for name, value in machine.changes.items()])
+        self._timeout = self.get_parameter(ADVICE_TIMEOUT.name).value
+        self._home = machine.tracker.description.sha256
+        self.get_logger().info(f'continues after {machine.agent.steps} steps '
+                               f'({len(saved[2])} of them from its journal)')
 
-    def _say_what_was_kept(self):
+    def _publish_saved(self) -> None:
         if self._home is None:
             return
-        self.say(self.actor.recall())
-        self.say(self._maps(self.actor.described.run))
-        if self.actor.finished:
-            self._tell_finished()
+        self.publish(self.machine.last_outputs())
+        self.publish(self._maps())
+        if self.machine.finished:
+            self._log_finished()
 
-    def _listen_to_mentor(self):
-        """Hear the mentor, and wait for it only so long, if it is needed; both can change."""
-        if self.actor.method.needs_mentor() and not self._hears_mentor:
+    def _follow_settings(self) -> None:
+        """Subscribe to the mentor if it is needed, and wait for it only for `advice_timeout`."""
+        if self.machine.config.needs_mentor() and not self._hears_mentor:
             self._hears_mentor = True
             self.subscribe(RECOMMENDATION, self.on_recommendation)
-        if self._timer:
-            self.destroy_timer(self._timer)
-        self._timer = self.create_timer(min(0.1, self._timeout / 5.0), self._stop_waiting) \
-            if self._timeout else None
+        if self._timeout_timer:
+            self._timeout_timer.destroy()
+        self._timeout_timer = PaceTimer(
+            self, min(0.1, self._timeout / 5.0), self._check_timeout) if self._timeout else None
 
-    def _check_changes(self, values):
+    def _check_changes(self, values: dict[str, Any]) -> None:
         """Return if parameters may be changed so; raises ValueError."""
-        changes = {name: value for name, value in values.items() if name in CHANGES}
-        self.actor.changed_method(changes)
-        if changes and self.store.trouble:
-            raise ParameterError(f'a change must be kept before it counts, and this node '
-                                 f'{self.store.trouble}')
+        changes = {name: value for name, value in values.items() if name in CHANGEABLE}
+        self.machine.check_changes(changes)
+        if changes and self.checkpointing.trouble:
+            raise ParameterError('a change must be saved before it counts, and this node '
+                                 f'{self.checkpointing.trouble}')
 
-    def _change(self, values):
-        """Go on by other settings, kept before they count."""
-        changes = {name: value for name, value in values.items() if name in CHANGES}
+    def _change(self, values: dict[str, Any]) -> None:
+        """Continue under other settings, which are saved before they count."""
+        changes = {name: value for name, value in values.items() if name in CHANGEABLE}
         if changes:
             self._timeout = changes.get(ADVICE_TIMEOUT.name, self._timeout)
-            self.answer(self._with_new_maps(self.actor.change(changes)))
-            self._tell_who_learns()
-            self._listen_to_mentor()
+            self.respond(self._with_new_maps(self.machine.change(changes)))
+            self._publish_description()
+            self._follow_settings()
 
-    def _tell_who_learns(self):
-        """Say by what settings it goes on from here, for who records it."""
-        if self.actor.described:
-            self.say((self._describe(self.actor.turns),))
+    def _publish_description(self) -> None:
+        """Publish the settings from here on, for recorded runs."""
+        if self.machine.tracker.description:
+            self.publish((self._describe(self.machine.step_count),))
 
-    def _with_new_maps(self, outputs):
-        """Return the utterances, with maps if there is something to say."""
-        return (*outputs, *self._maps(self.actor.described.run)) if outputs else ()
+    def _with_new_maps(self, outputs: Outputs) -> Outputs:
+        return (*outputs, *self._maps()) if outputs else ()
 
-    def _in_its_world(self, outputs, turns):
+    def _in_its_world(self, outputs: Outputs, step_count: int) -> Outputs:
         """
-        Return the utterances, and who learns before the first answer in a run.
+        Return the outputs, and the description of the learner before the first action of a run.
 
-        Where a state is kept of another world, return none, and end.
-        turns: questions that were answered before.
+        Where the saved state is of another world, return none, and end.
+
+        step_count: number of observations answered before.
+
         """
-        described = self.actor.described
+        description = self.machine.tracker.description
         if outputs and type(outputs[0]) is Notice:
-            outputs = (outputs[0], self._describe(turns), *outputs[1:])
-        if self.store.keeper is None or described is None:
+            outputs = (outputs[0], self._describe(step_count), *outputs[1:])
+        if self.checkpointing.keeper is None or description is None:
             return outputs
-        if self._home not in (None, described.sha256):
+        if self._home not in (None, description.sha256):
             self.mistake = StateError(
-                f'state_dir keeps what was learned in another world than {described.name!r}, '
-                f'which is here now: give another state_dir to begin anew')
+                'state_dir has the state of a learner in another world than '
+                f'{description.name!r}, which is here now: give another state_dir to start anew')
             return ()
-        self._home = described.sha256
+        self._home = description.sha256
         return outputs
 
-    def _stop_waiting(self):
-        """Go on without advice where the mentor has been silent for too long."""
-        now, asked = time.monotonic(), self.actor.asked
-        if asked is not self._asked or asked is None or self.paused:
-            self._asked, self._since = asked, now
-        elif now - self._since >= self._timeout:
-            self.answer((Ignored('no advice in time', f'no recommendation came within '
-                                 f'{self._timeout} s: goes on as without advice'),
-                         *self._with_maps(self.actor.go_without_advice())))
+    def _check_timeout(self) -> None:
+        """Continue without advice where the mentor has been silent for too long."""
+        waiting, since = self._waiting_since
+        now = self._pace_clock.seconds()
+        if self.machine.waiting is not waiting or waiting is None or self.blocked:
+            self._waiting_since = self.machine.waiting, now
+        elif now - since >= self._timeout:
+            self.respond((Ignored('no advice in time', f'no recommendation came within '
+                                  f'{self._timeout} s: continues as without advice'),
+                          *self._with_maps(self.machine.continue_without_advice())))
 
-    def _tell_finished(self):
-        self.get_logger().info(f'finished {self.actor.method.iterations} iterations, '
-                               f'digest {self.actor.memory.digest()}')
+    def _log_finished(self) -> None:
+        self.get_logger().info(f'finished {self.machine.config.iterations} iterations, '
+                               f'digest {self.machine.state.digest()}')
 
-    def _with_maps(self, outputs):
-        """Return the utterances, with maps after a `Progress` if they are due."""
+    def _with_maps(self, outputs: Outputs) -> Outputs:
+        """Return the outputs, with maps after a `Progress` if they are due."""
         if not outputs or type(outputs[-1]) is not Progress:
             return outputs
-        progress = outputs[-1]
-        if progress.finished:
-            self._tell_finished()
-        elif not self._map_pauses.over():
+        if outputs[-1].finished:
+            self._log_finished()
+        elif not self._map_throttle.over():
             return outputs
-        return (*outputs, *self._maps(progress.run))
+        return (*outputs, *self._maps())
 
-    def say(self, outputs):
-        """Publish, or log, each of the tuples; what maps cost puts the next ones off."""
-        if outputs and type(outputs[-1]) is Policy:
-            self._map_pauses.timed(super().say, outputs)
+    def publish(self, outputs: Outputs) -> None:
+        """Publish, or log, each of the outputs; what maps cost puts the next ones off."""
+        if len(outputs) > 1 and type(outputs[-1]) is LearnerDescription:
+            self._map_throttle.timed(super().publish, outputs)
         else:
-            super().say(outputs)
+            super().publish(outputs)
 
-    def _maps(self, run):
-        """Return what is said on `trust` and `policy`."""
-        return self._map_pauses.timed(self._make_maps, run, begins=True)
+    def _maps(self) -> Outputs:
+        """Return what is published on `trust`, `policy` and `values`."""
+        return self._map_throttle.timed(self._make_maps, begins=True)
 
-    def _make_maps(self, run):
-        world, memory = self.actor.world, self.actor.memory
-        shape = run, world.grid.width, world.grid.height
-        trust = confidence_map(self.actor.method, memory, self.actor.advice_heard())
+    def _make_maps(self) -> Outputs:
+        machine = self.machine
+        world, q = machine.tracker.world, machine.state.q
+        shape = machine.tracker.run, world.grid.width, world.grid.height
+        trust = confidence_map(machine.config, machine.state, machine.advice())
         return (Trust(*shape, array('f', trust.astype(np.float32).tobytes())),
-                Policy(*shape, array('b', greedy(memory.q, world.free).tobytes())),
-                Values(*shape, array('d', state_values(memory.q, world.free).tobytes())),
-                self._describe(self.actor.turns, memory.digest()))
+                Policy(*shape, array('b', greedy(q, world.free).tobytes())),
+                Values(*shape, array('d', state_values(q, world.free).tobytes())),
+                self._describe(machine.step_count, machine.state.digest()))
 
-    def _describe(self, turns, digest=''):
-        """Who learns, after so many answers, to this digest."""
+    def _describe(self, step_count: int, digest: str = '') -> LearnerDescription:
+        """Return the description of this learner after so many answers."""
         name, seed, remembers = self._identity
-        remembers = self.actor.changed.get(REMEMBERS_ADVICE.name, remembers)
+        remembers = self.machine.changes.get(REMEMBERS_ADVICE.name, remembers)
         return LearnerDescription(
-            self.actor.described.run, self.actor.number, turns, name,
-            json.dumps(asdict(self.actor.method)), seed, remembers, digest)
+            self.machine.tracker.run, self.machine.number, step_count, name,
+            json.dumps(asdict(self.machine.config)), seed, remembers, digest)
 
 
-def main(argv):
+def main(argv: list[str]) -> int:
     """Run the node; return the exit code."""
     return run_node(LearnerNode, argv, (ParameterError, ConfigError, StateError))

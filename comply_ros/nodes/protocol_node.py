@@ -1,186 +1,205 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the three nodes share: to listen, to keep, to say, and to tell how they are."""
+"""The base class of the three nodes: a state machine of `protocol` behind topics and services."""
+
+from collections.abc import Callable
+import time
+from typing import Any
 
 from rclpy.exceptions import InvalidParameterTypeException
 
+from comply_ros.nodes import cdr
 from comply_ros.nodes.checkpointing import Checkpointing
-from comply_ros.nodes.diagnostics import Diagnostics, ERROR, OK, STANDS_ASIDE, WARN
+from comply_ros.nodes.clocks import steady_timer
+from comply_ros.nodes.diagnostics import Diagnostics, ERROR, OK, WARN
 from comply_ros.nodes.parameters import (
     declare,
+    Parameter,
     ParameterError,
     SafeParameterNode,
     STATE_DIR,
     unknown_overrides,
 )
 from comply_ros.nodes.topic_type_check import TopicTypeCheck
-from comply_ros.nodes.topics import decoder, encoder, RECOMMENDATION
-from comply_ros.protocol.messages import Ignored, Inactive, Notice, Rejected
+from comply_ros.nodes.topics import decoder, encoder, RECOMMENDATION, Topic
+from comply_ros.protocol.messages import Ignored, Inactive, Notice, Outputs, Rejected
 
-PATIENCE = 3  # seconds of waiting after which a node says for what
-AGAIN = 0.2  # seconds between two tries to keep what the disk did not take
+PATIENCE = 3  # seconds of waiting after which a node logs what it waits for
+RETRY = 0.2  # seconds between two attempts to write what the disk did not take
 
 
 class ProtocolNode(SafeParameterNode):
     """
-    A node that keeps what its actor was told, then says what it returns.
+    A node that writes what its state machine received to the journal, then publishes its outputs.
 
     Attributes
     ----------
-    actor: the state machine of core that this node is a shell of.
-    health: counts of what was refused and dropped.
-    store: the `Checkpointing` of its state.
-    mistake: an exception that a callback found; it ends the node.
+    machine: the state machine.
+    diagnostics: counts of rejected and ignored messages.
+    checkpointing: writes its state.
+    mistake: an exception of a callback, which ends the node.
 
     """
 
-    def __init__(self, name, **kwargs):
+    machine: Any
+
+    def __init__(self, name: str, **kwargs: Any) -> None:
         try:
             super().__init__(name, **kwargs)
         except InvalidParameterTypeException as error:  # of the parameters that every node has
             raise ParameterError(f'a parameter must be of its type: {error}') from None
-        self.actor, self.mistake = None, None
-        self.health, self._strangers = Diagnostics(self), TopicTypeCheck(self)
-        self.store = Checkpointing(self, self.declare(STATE_DIR))
-        self._ends, self._services_of_ours = [], []
-        self._unsaid, self._aside = None, None
-        self._waited = None, 0
-        self._handlers = {Rejected: self._warn, Ignored: self._drop, Notice: self._tell,
-                        Inactive: self._stand_aside}
-        self._retry = self.create_timer(AGAIN, self._try_again)
+        self.machine, self.mistake = None, None
+        self.diagnostics, self._type_check = Diagnostics(self), TopicTypeCheck(self)
+        self.checkpointing = Checkpointing(self, self.declare(STATE_DIR))
+        self._own_publishers: list[Any] = []
+        self._own_services: list[Any] = []
+        self._pending: Outputs | None = None  # until the state is on disk
+        self._inactive: str | None = None
+        self._waiting: tuple[str | None, float, bool] = None, 0.0, False
+        self._handlers: dict[type, Callable[[Any], None]] = {
+            Rejected: self._log_rejected, Ignored: self._log_ignored, Notice: self._log_notice,
+            Inactive: self._become_inactive}
+        self._retry = steady_timer(self, RETRY, self._try_again)
         self._retry.cancel()
-        self.create_timer(1.0, self._look)
+        steady_timer(self, 1.0, self._tick)
         for unknown in unknown_overrides(self):
             self.get_logger().warning(f'parameter {unknown!r} is unknown and has no effect')
 
-    def declare(self, parameter):
+    def declare(self, parameter: Parameter) -> Any:
         """Declare a parameter and return its value; raises ParameterError."""
         return declare(self, parameter)
 
-    def advertise(self, topic):
-        """Make a publisher: tuples of the topic's kind that are said go there."""
-        publisher, encode = self.create_publisher(topic.message, topic.name, topic.qos), \
-            encoder(topic)
+    def advertise(self, topic: Topic) -> None:
+        """Make a publisher; outputs of the topic's tuple type are published there."""
+        publisher = self.create_publisher(topic.message, topic.name, topic.qos)
+        encode = cdr.encoder(topic.message) if topic.raw else encoder(topic)
         publish = publisher.publish
-        self._ends.append(publisher)
-        self._handlers[topic.tuple_type] = lambda msg: publish(encode(msg))
-        self._strangers.watch(topic)
+        self._own_publishers.append(publisher)
+        self._handlers[topic.tuple_type] = lambda output: publish(encode(output))
+        self._type_check.watch(topic)
 
-    def serves(self, kind, name, reply):
+    def serve(self, kind: Any, name: str, reply: Callable[[Any, Any], Any]) -> None:
         """Make a service."""
-        self._services_of_ours.append(self.create_service(kind, name, reply))
+        self._own_services.append(self.create_service(kind, name, reply))
 
-    def subscribe(self, topic, hear, also_paused=False):
+    def subscribe(self, topic: Topic, handler: Callable[[Any], Outputs],
+                  also_blocked: bool = False) -> None:
         """
-        Subscribe: every message on the topic is decoded, heard, and answered.
+        Subscribe: every message is decoded and handled, and the outputs are published.
 
-        also_paused: whether it is heard and answered too while the node pauses. What is not
-            heard then is said again.
+        also_blocked: whether messages are handled while the state cannot be written. Others are
+            not, since their publishers repeat them.
+
         """
-        decode = decoder(topic)
+        decode = cdr.decoder(topic.message, topic.tuple_type) if topic.raw else decoder(topic)
 
-        def take(message):
-            if self._unsaid is None:
-                self.answer(hear(decode(message)))
-            elif also_paused:
-                self.say(hear(decode(message)))
-        self.create_subscription(topic.message, topic.name, take, topic.qos)
-        self._strangers.watch(topic, has_one_speaker=topic is RECOMMENDATION)
+        def callback(message: Any) -> None:
+            if self._pending is None:
+                outputs = handler(decode(message))
+                if outputs:
+                    self.respond(outputs)
+            elif also_blocked:
+                self.publish(handler(decode(message)))
+        self.create_subscription(topic.message, topic.name, callback, topic.qos, raw=topic.raw)
+        self._type_check.watch(topic, has_one_speaker=topic is RECOMMENDATION)
 
     @property
-    def paused(self):
-        """Tell whether something waits to be kept before it can be said."""
-        return self._unsaid is not None
+    def blocked(self) -> bool:
+        """Tell whether outputs wait until the state can be written."""
+        return self._pending is not None
 
-    def answer(self, outputs):
-        """Keep what the actor was told, if that can be, and then say the reply; else pause."""
-        if not outputs or self.mistake:  # which ends it: what was kept stays as it is
+    def respond(self, outputs: Outputs) -> None:
+        """Write what the state machine received, then publish the outputs; else wait for that."""
+        if not outputs or self.mistake:  # which ends the node: its state stays as it is
             return
-        if self._unsaid is not None:
-            self._unsaid = (*self._unsaid, *outputs)
-        elif self.store.keep(self.actor):
-            self.say(outputs)
+        if self._pending is not None:
+            self._pending = (*self._pending, *outputs)
+        elif self.checkpointing.keep(self.machine):
+            self.publish(outputs)
         else:
-            self._pause(outputs)
+            self._block(outputs)
 
-    def say(self, outputs):
-        """Publish, or log, each of the tuples."""
-        for msg in outputs:
-            self._handlers[type(msg)](msg)
+    def publish(self, outputs: Outputs) -> None:
+        """Publish, or log, each of the outputs."""
+        handlers = self._handlers
+        for output in outputs:
+            handlers[type(output)](output)
 
-    def look(self):
-        """Return what the actor has to say once a second."""
-        return self.actor.look()
+    def tick(self) -> Outputs:
+        """Return the outputs that are due once a second."""
+        return self.machine.tick()
 
-    def leave(self):
-        """Close what is kept: the node ends."""
-        self.store.close()
+    def leave(self) -> None:
+        """Close the state: the node ends."""
+        self.checkpointing.close()
 
-    def _try_again(self):
-        """Keep what could not be kept before, and then say what follows from it."""
-        if self._unsaid is not None and self.store.keep(self.actor):
-            self._retry.cancel()
-            self.actor.allow_gap()
-            unsaid, self._unsaid = self._unsaid, None
-            self.say(unsaid)
-
-    def _pause(self, unsaid):
-        """Say nothing and hear nothing until what the actor was told can be kept."""
-        self._unsaid = unsaid
-        self._retry.reset()
-
-    def _look(self):
-        """Once a second: look at what the actor waits for, at the disk, and who else is there."""
-        if self.actor is None or self.mistake:
-            return
-        if self._unsaid is None and not self.store.look(self.actor):
-            self._pause(())
-        elif self._unsaid is None:
-            self.answer(self.look())
-        for remark in self._strangers.look():
-            self.get_logger().warning(remark)
-        self.health.publish(*self._status(), self.actor.turns, self.store.keeper)
-
-    def _status(self):
-        """Level and words of how it is; what it has been waiting for is told once."""
-        what, seconds = self._waited
-        now = self.actor.waiting_for()
-        self._waited = now, seconds + 1 if now == what else 0
-        if now and self._waited[1] == PATIENCE and not self._aside:
-            self.get_logger().warning(f'waits for {now}')
-        if self._aside or self.store.trouble:
-            return ERROR, self._aside or self.store.trouble
-        if now and self._waited[1] >= PATIENCE:
-            return WARN, f'waits for {now}'
-        return OK, self.words()
-
-    def words(self):
-        """How it is while all is well."""
+    def status_text(self) -> str:
+        """Text of what the node does while all is well."""
         return 'runs'
 
-    def _warn(self, msg):
-        self.health.refused[msg.kind] += 1
-        if self.health.refused[msg.kind] == 1:
-            self.get_logger().warning(f'refused: {msg.reason} (told once, counted)')
+    def _try_again(self) -> None:
+        """Write what could not be written before, then publish what waited for it."""
+        if self._pending is not None and self.checkpointing.keep(self.machine):
+            self._retry.cancel()
+            self.machine.allow_gap()
+            pending, self._pending = self._pending, None
+            self.publish(pending)
 
-    def _drop(self, msg):
-        self.health.dropped[msg.kind] += 1
-        if self.health.dropped[msg.kind] == 1:
-            self.get_logger().info(f'{msg.reason} (harmless; told once, counted)')
+    def _block(self, pending: Outputs) -> None:
+        """Publish and handle nothing until the state can be written."""
+        self._pending = pending
+        self._retry.reset()
 
-    def _tell(self, msg):
-        self.get_logger().info(msg.text)
+    def _tick(self) -> None:
+        """Once a second: check the state machine, the disk and the topics; publish the status."""
+        if self.machine is None or self.mistake:
+            return
+        if self._pending is None and not self.checkpointing.look(self.machine):
+            self._block(())
+        elif self._pending is None:
+            self.respond(self.tick())
+        for problem in self._type_check.look():
+            self.get_logger().warning(problem)
+        self.diagnostics.publish(*self._status(), self.machine.step_count,
+                                 self.checkpointing.keeper)
 
-    def _stand_aside(self, msg):
-        """Fall silent for good: nothing of this node is found on its topics and services."""
-        self._aside = f'{STANDS_ASIDE}: {msg.reason}'
-        self.get_logger().error(self._aside)
-        for end in self._ends:
-            self.destroy_publisher(end)
-        for service in self._services_of_ours:
+    def _status(self) -> tuple[bytes, str]:
+        """Level and text of the status; what the node waits for is logged once."""
+        what, since, logged = self._waiting
+        now = self.machine.waiting_for()
+        if now != what:
+            since, logged = time.monotonic(), False
+        waits_long = bool(now) and time.monotonic() - since >= PATIENCE - 0.5
+        if waits_long and not logged and not self._inactive:
+            self.get_logger().warning(f'waits for {now}')
+        self._waiting = now, since, logged or waits_long
+        if self._inactive or self.checkpointing.trouble:
+            return ERROR, self._inactive or self.checkpointing.trouble or ''
+        return (WARN, f'waits for {now}') if waits_long else (OK, self.status_text())
+
+    def _log_rejected(self, output: Rejected) -> None:
+        self.diagnostics.refused[output.kind] += 1
+        if self.diagnostics.refused[output.kind] == 1:
+            self.get_logger().warning(f'rejected: {output.reason} (logged once, counted)')
+
+    def _log_ignored(self, output: Ignored) -> None:
+        self.diagnostics.dropped[output.kind] += 1
+        if self.diagnostics.dropped[output.kind] == 1:
+            self.get_logger().info(f'{output.reason} (harmless; logged once, counted)')
+
+    def _log_notice(self, output: Notice) -> None:
+        self.get_logger().info(output.text)
+
+    def _become_inactive(self, output: Inactive) -> None:
+        """Publish nothing any more: the publishers and services of this node are gone."""
+        self._inactive = f'inactive: {output.reason}'
+        self.get_logger().error(self._inactive)
+        for publisher in self._own_publishers:
+            self.destroy_publisher(publisher)
+        for service in self._own_services:
             self.destroy_service(service)
-        self._handlers = dict.fromkeys(self._handlers, lambda msg: None)
+        self._handlers = dict.fromkeys(self._handlers, lambda output: None)
 
 
-def map_words(name, sha256):
-    """Name of a map with what tells it from every other of that name."""
+def map_text(name: str, sha256: str) -> str:
+    """Name of a map with the hash that tells it from every other map of that name."""
     return f'{name} ({sha256[:12]})'

@@ -1,33 +1,48 @@
 # SPDX-License-Identifier: Apache-2.0
-"""All topics in one place: name, message, what is said on it, and how it is delivered."""
+"""All topics and services: name, message type, the tuple with the same fields, and QoS."""
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 from comply_msgs import msg
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
+from comply_ros.nodes import cdr
 from comply_ros.protocol import messages
 
-# One question is open at a time, so only the newest message counts; it stays for who comes late.
+# One observation is open at a time, so only the newest message counts; late subscribers get it.
 LATCHED = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE,
                      durability=DurabilityPolicy.TRANSIENT_LOCAL)
-# Reports follow each other; who comes late gets the last thousand.
+# Reports follow each other; late subscribers receive the last thousand.
 REPORTED = QoSProfile(depth=messages.REPORTS, reliability=ReliabilityPolicy.RELIABLE,
                       durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class Topic(NamedTuple):
-    """A topic: its relative name, the message, the tuple with the same fields, its QoS."""
+    """
+    A topic.
+
+    Attributes
+    ----------
+    name: relative.
+    message: the class of its messages.
+    tuple_type: the tuple with the same fields.
+    qos: how it is published and subscribed to.
+    raw: whether its messages have a fixed size, and are read and written as bytes.
+
+    """
 
     name: str
-    message: type
-    tuple_type: type
+    message: type[Any]
+    tuple_type: type[Any]
     qos: QoSProfile
+    raw: bool
 
 
-def _topic(name, qos):
+def _topic(name: str, qos: QoSProfile) -> Topic:
     tuple_type = messages.TOPIC_TYPES[name]
-    return Topic(name, getattr(msg, tuple_type.__name__), tuple_type, qos)
+    message = getattr(msg, tuple_type.__name__)
+    return Topic(name, message, tuple_type, qos, cdr.layout(message) is not None)
 
 
 WORLD = _topic('world', LATCHED)
@@ -46,20 +61,20 @@ RECOMMEND = 'recommend'  # service of the mentor
 SAVE = 'save'  # service of the learner
 PAUSE, STEP = '~/pause', '~/step'  # services of the world
 RESET = '~/reset'  # service of the world, and of the learner
-ANOTHER = 'another learner is meant'  # what it says to who means another
+ANOTHER = 'another learner is meant'  # how `save` answers a request for another learner
 
 
-def decoder(topic):
+def decoder(topic: Topic) -> Callable[[Any], Any]:
     """Return a function from a message to its tuple."""
     tuple_type, names = topic.tuple_type, topic.tuple_type._fields
     return lambda message: tuple_type(*[getattr(message, name) for name in names])
 
 
-def encoder(topic):
+def encoder(topic: Topic) -> Callable[[Any], Any]:
     """Return a function from a tuple to its message: always the same object, filled anew."""
     message, names = topic.message(), topic.tuple_type._fields
 
-    def encode(values):
+    def encode(values: Any) -> Any:
         for name, value in zip(names, values):
             setattr(message, name, value)
         return message

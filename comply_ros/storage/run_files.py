@@ -54,7 +54,7 @@ def save_learning(path, method, memory, advice):
 
     """
     path = Path(path).expanduser()
-    arrays = dict(zip(memory.__dataclass_fields__, memory.arrays()))
+    arrays = memory._asdict()
     with aside(path) as part, part.open('wb') as file:
         np.savez_compressed(
             file, **arrays, confidence=confidence_map(method, memory, advice))

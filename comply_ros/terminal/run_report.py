@@ -36,7 +36,7 @@ def end_session(options, reference, advice, outcomes, paint):
         files.append(options.out / 'trust_map.png')
         with np.load(options.out / 'learning.npz') as learned:
             drawn.append(paint('draw_trust_map', files[-1], world, advice,
-                               learned['confidence'], learned['arrivals'] > 1, singles[0]))
+                               learned['confidence'], learned['departures'] > 1, singles[0]))
     for picture in drawn:
         picture.result()
     show_table(singles[0], [each['seed'] for each in singles], files)
