@@ -38,7 +38,7 @@ class UnverifiableLearner:
         elif not ends and not (0 <= action < 4 and available[state, action]):
             problem = f'action {action}, which state {state} does not have'
         elif recorded.followed and action != recorded.advice:
-            problem = f'action {action}, which does not follow the advice {recorded.advice}'
+            problem = f'action {action} marked as following advice {recorded.advice}'
         if problem:
             raise ReplayDifference(f'topic action, {place(recorded)}: recorded {problem}')
         self.possible += 1
