@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures from a bag alone: of a whole run, of one that was cut off, of one that says little."""
+"""Pictures of a bag: of a whole training, of a bag that was cut off, of one with few topics."""
 
-from bag_fixtures import Held, write
+from bag_fixtures import SimulatedRun, write_bag
 import matplotlib.image
 import pytest
 
@@ -9,13 +9,13 @@ from comply_ros.bags import plot
 
 
 @pytest.fixture(scope='module')
-def spoken():
-    """Return what was said in a conversation."""
-    return Held().spoken
+def messages():
+    """Return the messages of a training."""
+    return SimulatedRun().messages
 
 
 def drawn(bag, *argv):
-    """Return the names of the pictures, each looked at."""
+    """Return the names of the pictures; each must be large enough and not blank."""
     assert plot.main(['plot', str(bag), *map(str, argv)]) == 0
     folder = argv[1] if argv else bag.with_name(f'{bag.name}-pictures')
     for path in folder.iterdir():
@@ -27,15 +27,15 @@ def drawn(bag, *argv):
 ALL = ['episode_lengths.png', 'learning_curve.png', 'trust_map.png']
 
 
-def test_a_bag_is_drawn_beside_it(spoken, tmp_path, capsys):
-    assert drawn(write(tmp_path / 'bag', spoken)) == ALL
+def test_the_pictures_are_written_beside_the_bag(messages, tmp_path, capsys):
+    assert drawn(write_bag(tmp_path / 'bag', messages)) == ALL
     assert capsys.readouterr().out.splitlines() == [
         str(tmp_path / 'bag-pictures' / name)
         for name in ('learning_curve.png', 'trust_map.png', 'episode_lengths.png')]
 
 
-def test_a_bag_that_was_cut_off_is_drawn_as_far_as_it_goes(spoken, tmp_path, capsys):
-    bag = write(tmp_path / 'bag', spoken, flushes=50)
+def test_a_bag_that_was_cut_off_is_drawn_as_far_as_it_was_read(messages, tmp_path, capsys):
+    bag = write_bag(tmp_path / 'bag', messages, chunk=50)
     path = bag / 'bag.mcap'
     path.write_bytes(path.read_bytes()[:path.stat().st_size * 3 // 5])
     assert drawn(bag, '--out', tmp_path / 'out') == ALL[:2]
@@ -45,21 +45,21 @@ def test_a_bag_that_was_cut_off_is_drawn_as_far_as_it_goes(spoken, tmp_path, cap
 @pytest.mark.parametrize('missing, pictures', [
     ('progress', [ALL[0], ALL[2]]), ('episode', ALL[1:]), ('trust', ALL[:2]),
     ('mentor_policy', ALL), ('method', ALL), ('state', ALL)])
-def test_what_is_missing_is_not_drawn(spoken, tmp_path, missing, pictures):
-    bag = write(tmp_path / 'bag', [each for each in spoken if each[0] != missing])
+def test_a_picture_without_its_messages_is_not_drawn(messages, tmp_path, missing, pictures):
+    bag = write_bag(tmp_path / 'bag', [each for each in messages if each[0] != missing])
     assert drawn(bag) == pictures
 
 
-def test_the_curve_begins_anew_with_a_learner_that_does(spoken):
-    reports = plot.Reports()
-    for topic, msg in [*spoken, *Held(number=6, run=8, iterations=2).spoken]:
-        reports.hear(topic, msg)
-    assert list(reports.progress) == [1, 2]
-    assert {run for run, _ in reports.episodes} == {8}
+def test_the_curve_starts_again_with_a_new_learner(messages):
+    training = plot.RecordedTraining()
+    for topic, msg in [*messages, *SimulatedRun(number=6, run=8, iterations=2).messages]:
+        training.add(topic, msg)
+    assert list(training.progress) == [1, 2]
+    assert {run for run, _ in training.episodes} == {8}
 
 
-def test_nothing_to_draw_is_one_sentence(spoken, tmp_path, capsys):
-    bag = write(tmp_path / 'bag', spoken[:3])
+def test_a_bag_with_nothing_to_draw_is_reported_in_one_line(messages, tmp_path, capsys):
+    bag = write_bag(tmp_path / 'bag', messages[:3])
     assert plot.main(['plot', str(bag)]) == 2
     assert capsys.readouterr().err.endswith(
-        f'plot: bag {str(bag)!r} has no episode, no iteration and no trust to draw\n')
+        f'plot: bag {str(bag)!r} has no episode, progress or trust to draw\n')

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A lesson of real nodes, recorded, replayed and drawn."""
+"""A lesson of real nodes, recorded, replayed and plotted."""
 
 from contextlib import contextmanager
 import json
@@ -23,7 +23,7 @@ SMALL = ('--map', 'bar_grid', '--mentor', 'noisy:0.3', '--iterations', '3', '--e
 
 @contextmanager
 def recorded(folder, *learner):
-    """Run the three nodes with a recorder that hears them from the start; give all by name."""
+    """Run the three nodes and a recorder that records them from the start; yield all by name."""
     with nodes(folder, record=['-p', f'bag:={folder / "bag"}'], grid_world=WORLD,
                mentor=MENTOR) as started:
         log = started['record']
@@ -38,37 +38,37 @@ def recorded(folder, *learner):
                 yield {**started, **others}
 
 
-def test_a_lesson_is_recorded_replayed_and_drawn(tmp_path):
+def test_a_lesson_is_recorded_replayed_and_plotted(tmp_path):
     assert train.main(['train', *SMALL, '--out', str(tmp_path / 'train')]) == 0
     digest = json.loads((tmp_path / 'train' / 'summary.json').read_text())['digest']
     bag = tmp_path / 'bag'
     with recorded(tmp_path, '-p', 'iterations:=3', '-p', 'episodes:=5') as started:
-        wait_until(lambda: f', the last {digest}' in run('replay', str(bag)).stdout, 'proof')
+        wait_until(lambda: f', the last {digest}' in run('replay', str(bag)).stdout, 'digest')
     log = started['record'].log.read_text()
     assert 'Traceback' not in log and f'messages to {bag} (/world ' in log
-    proven = run('replay', str(bag))
-    assert proven.returncode == 0, proven.stdout + proven.stderr
-    assert proven.stdout.startswith('the same: learner ')
-    assert 'had not ended' not in proven.stdout and 'cut off' not in proven.stderr
+    replayed = run('replay', str(bag))
+    assert replayed.returncode == 0, replayed.stdout + replayed.stderr
+    assert replayed.stdout.startswith('verified: learner ')
+    assert 'had not finished' not in replayed.stdout and 'cut off' not in replayed.stderr
     pictures = run('plot', str(bag), '--out', str(tmp_path / 'pictures'))
     assert pictures.returncode == 0, pictures.stderr
     assert sorted(os.listdir(tmp_path / 'pictures')) == [
         'episode_lengths.png', 'learning_curve.png', 'trust_map.png']
 
 
-def test_a_recorder_that_is_killed_leaves_what_it_heard(tmp_path):
+def test_a_killed_recorder_leaves_a_readable_bag(tmp_path):
     bag = tmp_path / 'bag'
     with recorded(tmp_path, '-p', 'iterations:=0') as started:
         size = (bag / 'bag.mcap').stat().st_size
         wait_until(lambda: (bag / 'bag.mcap').stat().st_size > size + 50_000, 'more bytes')
         started['record'].kill()
-    proven = run('replay', str(bag))
-    assert proven.returncode == 0, proven.stdout + proven.stderr
-    assert 'its learning had not ended' in proven.stdout
-    assert 'bag.mcap has no end after byte' in proven.stderr
+    replayed = run('replay', str(bag))
+    assert replayed.returncode == 0, replayed.stdout + replayed.stderr
+    assert 'its training had not finished' in replayed.stdout
+    assert 'bag.mcap has no end after byte' in replayed.stderr
 
 
-def test_settings_that_change_and_a_reset_while_it_learns_are_told_again(tmp_path):
+def test_changed_parameters_and_a_reset_are_replayed(tmp_path):
     bag, sizes = tmp_path / 'bag' / 'bag.mcap', []
 
     def grows():
@@ -83,9 +83,9 @@ def test_settings_that_change_and_a_reset_while_it_learns_are_told_again(tmp_pat
         grows()
         started['record'].interrupt()
         assert started['record'].wait() == 0
-    proven = run('replay', str(bag))
-    assert proven.returncode == 0, proven.stdout + proven.stderr
-    assert proven.stdout.count('the same: learner ') == 2
+    replayed = run('replay', str(bag))
+    assert replayed.returncode == 0, replayed.stdout + replayed.stderr
+    assert replayed.stdout.count('verified: learner ') == 2
 
 
 def test_a_bag_that_is_there_is_not_touched(tmp_path):

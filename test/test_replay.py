@@ -1,154 +1,193 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A bag proves what a learner said, names the first difference, and says what it cannot prove."""
+"""`replay` verifies a bag, names the first difference, and reports what it cannot verify."""
 
+from dataclasses import asdict
+import json
 import random
 
-from bag_fixtures import Held, write
+from bag_fixtures import SimulatedRun, write_bag
 import pytest
 
 from comply_ros.bags import replay
-from comply_ros.bags.learner_replay import MissingMessage, ReplayDifference
+from comply_ros.bags.bag_message import BagError
+from comply_ros.bags.learner_replay import (
+    config_from_description,
+    MissingMessage,
+    ReplayDifference,
+)
 from comply_ros.bags.replay_check import ReplayCheck
 from comply_ros.learner.presets import METHODS
-from comply_ros.protocol.messages import step_id
 
 
 @pytest.fixture(scope='module')
-def held():
-    """Return a conversation."""
-    return Held()
+def recorded():
+    """Return a run with all its messages."""
+    return SimulatedRun()
 
 
-def told(spoken):
-    """Return the proof of a conversation; raises Differs."""
-    proof = ReplayCheck()
-    for topic, msg in spoken:
-        proof.hear(topic, msg)
-    proof.end()
-    return proof
+def check(messages):
+    """Return the check of all messages; raises ReplayDifference."""
+    result = ReplayCheck()
+    for topic, msg in messages:
+        result.add(topic, msg)
+    result.finish()
+    return result
 
 
-def changed(spoken, topic, number, **fields):
-    """Return a conversation in which the message of that number on a topic is another."""
-    place = [place for place, (name, _) in enumerate(spoken) if name == topic][number]
-    return [*spoken[:place], (topic, spoken[place][1]._replace(**fields)), *spoken[place + 1:]]
+def place_of(messages, topic, number):
+    """Return the place of the message of that number on a topic."""
+    return [place for place, (name, _) in enumerate(messages) if name == topic][number]
 
 
-def without(spoken, topic, number):
-    """Return a conversation without one message."""
-    place = [place for place, (name, _) in enumerate(spoken) if name == topic][number]
-    return spoken[:place] + spoken[place + 1:]
+def changed(messages, topic, number, **fields):
+    """Return messages in which one has other fields."""
+    place = place_of(messages, topic, number)
+    other = messages[place][1]._replace(**fields)
+    return [*messages[:place], (topic, other), *messages[place + 1:]]
+
+
+def without(messages, topic, number):
+    """Return messages without one of them."""
+    place = place_of(messages, topic, number)
+    return messages[:place] + messages[place + 1:]
+
+
+def step_of(action):
+    """Return how the command writes the step of an action in run 7."""
+    return f'run 7, episode {action.episode}, step {action.step}'
 
 
 @pytest.mark.parametrize('method', METHODS['published'])
-def test_every_learner_says_the_same_again_and_reaches_the_same_digest(method):
-    held = Held(method, iterations=2, episodes=2)
-    retelling, = told(held.spoken).proven
-    actions = [msg for topic, msg in held.spoken if topic == 'action']
-    assert retelling.same == len(actions) > 10
-    assert (retelling.digests, retelling.digest, retelling.finished) == (1, held.digest, True)
+def test_every_learner_is_verified_up_to_its_last_digest(method):
+    run = SimulatedRun(method, iterations=2, episodes=2)
+    result, = check(run.messages).replays
+    actions = [msg for topic, msg in run.messages if topic == 'action']
+    assert result.matching == len(actions) > 10
+    assert (result.digests, result.digest, result.learner.finished) == (1, run.digest, True)
 
 
-def test_topics_may_be_recorded_a_little_out_of_step(held):
-    order, drawn = list(enumerate(held.spoken)), random.Random(0)
-    delays = {topic: drawn.random() * 200 for topic in ('state', 'recommendation', 'action',
-                                                        'method', 'world', 'progress')}
+def test_topics_may_be_recorded_a_little_out_of_order(recorded):
+    order, draw = list(enumerate(recorded.messages)), random.Random(0)
+    delays = {topic: draw.random() * 200 for topic in ('state', 'recommendation', 'action',
+                                                       'method', 'world', 'progress')}
     order.sort(key=lambda each: each[0] + delays.get(each[1][0], 0))
-    retelling, = told([spoken for _, spoken in order]).proven
-    assert retelling.digest == held.digest
+    result, = check([message for _, message in order]).replays
+    assert result.digest == recorded.digest
 
 
-def test_an_answer_that_is_said_twice_counts_once(held):
-    twice = [each for each in held.spoken for _ in range(2 if each[0] == 'action' else 1)]
-    assert told(twice).proven[0].same == told(held.spoken).proven[0].same
+def test_a_repeated_action_counts_once(recorded):
+    twice = [each for each in recorded.messages for _ in range(2 if each[0] == 'action' else 1)]
+    assert check(twice).replays[0].matching == check(recorded.messages).replays[0].matching
 
 
 @pytest.mark.parametrize('field, value', [
     ('action', 9), ('followed', None), ('confidence', 0.123), ('advice', 9)])
-def test_the_first_answer_that_differs_is_named(held, field, value):
-    action = [msg for topic, msg in held.spoken if topic == 'action'][10]
+def test_the_first_action_that_differs_is_named(recorded, field, value):
+    action = [msg for topic, msg in recorded.messages if topic == 'action'][10]
     value = not action.followed if value is None else value
     with pytest.raises(ReplayDifference) as found:
-        told(changed(held.spoken, 'action', 10, **{field: value}))
-    assert str(found.value).startswith(
-        f'on topic action, in run 7, turn {step_id(action)}, was recorded ')
+        check(changed(recorded.messages, 'action', 10, **{field: value}))
+    assert str(found.value).startswith(f'topic action, {step_of(action)}: recorded ')
     assert f'{field} {value}' in str(found.value)
 
 
-def test_a_reward_that_is_slightly_another_is_found_by_the_digest(held):
-    state = next(msg for topic, msg in held.spoken if topic == 'state' and msg.step == 1)
-    number = [msg for topic, msg in held.spoken if topic == 'state'].index(state)
-    with pytest.raises(ReplayDifference, match='was recorded'):
-        told(changed(held.spoken, 'state', number, reward=state.reward * (1 + 2 ** -30)))
+def test_a_slightly_different_reward_is_found(recorded):
+    state = next(msg for topic, msg in recorded.messages if topic == 'state' and msg.step == 1)
+    number = [msg for topic, msg in recorded.messages if topic == 'state'].index(state)
+    with pytest.raises(ReplayDifference, match='recorded'):
+        check(changed(recorded.messages, 'state', number, reward=state.reward * (1 + 2 ** -30)))
 
 
-def test_another_digest_is_named(held):
-    with pytest.raises(ReplayDifference, match=f'recorded the digest f{{64}}; a fresh learner has '
-                       f'{held.digest}'):
-        told(changed(held.spoken, 'method', -1, digest=64 * 'f'))
+def test_another_digest_is_named(recorded):
+    with pytest.raises(ReplayDifference, match=f'recorded digest f{{64}}; a fresh learner has '
+                       f'{recorded.digest}'):
+        check(changed(recorded.messages, 'method', -1, digest=64 * 'f'))
 
 
-def test_another_progress_is_named(held):
-    with pytest.raises(ReplayDifference, match='on topic progress, in run 7, iteration 2, was recorded'):
-        told(changed(held.spoken, 'progress', 1, mean_return=0.5))
+def test_another_progress_is_named(recorded):
+    with pytest.raises(ReplayDifference,
+                       match='topic progress, run 7, iteration 2: recorded Progress'):
+        check(changed(recorded.messages, 'progress', 1, mean_return=0.5))
 
 
-def test_another_seed_says_something_else(held):
-    with pytest.raises(ReplayDifference, match='on topic action, in run 7'):
-        told(changed(held.spoken, 'method', 0, seed=4))
+def test_another_seed_gives_another_action(recorded):
+    with pytest.raises(ReplayDifference, match='topic action, run 7'):
+        check(changed(recorded.messages, 'method', 0, seed=4))
 
 
-def test_advice_that_nobody_gave_is_named(held):
-    lying = [(topic, msg._replace(action=(msg.action + 1) % 4))
-             if topic == 'recommendation' else (topic, msg) for topic, msg in held.spoken
+def test_advice_that_was_not_given_is_named(recorded):
+    other = [(topic, msg._replace(action=(msg.action + 1) % 4))
+             if topic == 'recommendation' else (topic, msg) for topic, msg in recorded.messages
              if topic != 'mentor_policy']
     with pytest.raises(ReplayDifference, match='and the bag has no such recommendation'):
-        told(lying)
+        check(other)
 
 
-def test_the_policy_of_a_mentor_stands_for_what_it_was_not_heard_to_say(held):
-    mute = [each for each in held.spoken if each[0] != 'recommendation']
-    assert told(mute).proven[0].unheard == 0
-    retelling, = told([each for each in mute if each[0] != 'mentor_policy']).proven
-    assert (retelling.unheard > 10, retelling.digest) == (True, held.digest)
+def test_the_policy_of_the_mentor_replaces_missing_recommendations(recorded):
+    messages = [each for each in recorded.messages if each[0] != 'recommendation']
+    assert check(messages).replays[0].unadvised == 0
+    result, = check([each for each in messages if each[0] != 'mentor_policy']).replays
+    assert (result.unadvised > 10, result.digest) == (True, recorded.digest)
 
 
-def test_answers_that_are_missing_follow_from_the_states(held):
-    first = [msg for topic, msg in held.spoken if topic == 'action'][:20]
-    late = [each for each in held.spoken if each[1] not in first]
-    retelling, = told(late).proven
-    assert (retelling.inferred, retelling.digest) == (20, held.digest)
-    retelling, = told(without(held.spoken, 'action', 30)).proven
-    assert (retelling.inferred, retelling.digest) == (1, held.digest)
+def test_missing_actions_are_inferred_from_the_observations(recorded):
+    first = [msg for topic, msg in recorded.messages if topic == 'action'][:20]
+    late = [each for each in recorded.messages if each[1] not in first]
+    result, = check(late).replays
+    assert (result.inferred, result.digest) == (20, recorded.digest)
+    result, = check(without(recorded.messages, 'action', 30)).replays
+    assert (result.inferred, result.digest) == (1, recorded.digest)
 
 
-def test_a_state_that_is_missing_ends_what_can_be_proven(held):
-    with pytest.raises(MissingMessage, match=r'the state of run 7, turn \(.*\), is not in the bag'):
-        told(without(held.spoken, 'state', 10))
+def test_a_missing_observation_stops_the_verification(recorded):
+    with pytest.raises(MissingMessage, match=r'the observation of run 7, episode \d+, step \d+, '
+                       'is not in the bag'):
+        check(without(recorded.messages, 'state', 10))
 
 
 @pytest.mark.parametrize('number', [5, 6])
-def test_a_learner_that_begins_anew_is_told_apart(held, number):
-    second = Held(number=number, run=8)
-    first, other = told(held.spoken[:len(held.spoken) // 2] + second.spoken).proven
-    assert (first.described.learner, first.finished, first.digests) == (5, False, 0)
-    assert (other.described.learner, other.digest) == (number, held.digest)
+def test_a_learner_that_starts_again_is_verified_by_itself(recorded, number):
+    second = SimulatedRun(number=number, run=8)
+    first, other = check(
+        recorded.messages[:len(recorded.messages) // 2] + second.messages).replays
+    assert (first.description.learner, first.learner.finished, first.digests) == (5, False, 0)
+    assert (other.description.learner, other.digest) == (number, recorded.digest)
 
 
-def test_what_is_recorded_from_the_middle_is_checked_as_far_as_it_goes(held):
-    late = held.spoken[200:]
-    for where in ([held.spoken[0], held.spoken[1]], [held.spoken[0]]):
-        proof = told([*where, *late])
-        assert (proof.proven, list(proof.unknown)) == ([], [5])
-    assert told([held.spoken[0], *late[:9], held.spoken[1], *late[9:]]).proven == []
-    proof = told([held.spoken[0], *late])
-    assert proof.proven == []
-    assert proof.unknown[5].fits > 10
-    with pytest.raises(ReplayDifference, match='was recorded action 9, which state'):
-        told([held.spoken[0], *changed(late, 'action', 5, action=9)])
+def test_a_recording_from_the_middle_is_checked_as_far_as_possible(recorded):
+    world, description, late = recorded.messages[0], recorded.messages[1], recorded.messages[200:]
+    for start in ([world, description], [world]):
+        result = check([*start, *late])
+        assert (result.replays, list(result.unverifiable)) == ([], [5])
+    assert check([world, *late[:9], description, *late[9:]]).replays == []
+    result = check([world, *late])
+    assert result.replays == []
+    assert result.unverifiable[5].possible > 10
+    with pytest.raises(ReplayDifference, match='recorded action 9, which state'):
+        check([world, *changed(late, 'action', 5, action=9)])
+    with pytest.raises(ReplayDifference, match='recorded state 999, which the world does not'):
+        check([world, *changed(late, 'state', 5, state=999)])
 
 
-def said_of(capsys, *argv):
+def test_a_description_of_an_older_version_is_verified(recorded):
+    description = recorded.messages[1][1]
+    settings = json.loads(description.settings)
+    settings['curiosity'] = settings.pop('exploration_probability')
+    messages = [(topic, msg._replace(settings=json.dumps(settings)) if topic == 'method' else msg)
+                for topic, msg in recorded.messages]
+    assert check(messages).replays[0].digest == recorded.digest
+    settings['curiosity'] = 0.25
+    config = config_from_description(description._replace(settings=json.dumps(settings)))
+    assert asdict(config) == {**asdict(recorded.config), 'exploration_probability': 0.25}
+
+
+@pytest.mark.parametrize('settings', ['', '[]', '{"no_field": 1}', '{"discount": 2.0}'])
+def test_invalid_settings_are_named(recorded, settings):
+    with pytest.raises(BagError, match='settings of learner 5 must be fields of a method: '):
+        check(changed(recorded.messages, 'method', 0, settings=settings))
+
+
+def run_replay(capsys, *argv):
     """Return exit code, output and errors of the command, without its progress bar."""
     code = replay.main(['replay', *map(str, argv)])
     output = capsys.readouterr()
@@ -156,41 +195,47 @@ def said_of(capsys, *argv):
 
 
 @pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])
-def test_the_command_proves_a_bag(held, tmp_path, capsys, storage):
-    code, out, err = said_of(capsys, write(tmp_path / 'bag', held.spoken, storage))
+def test_the_command_verifies_a_bag(recorded, tmp_path, capsys, storage):
+    bag = write_bag(tmp_path / 'bag', recorded.messages, storage)
+    code, out, err = run_replay(capsys, bag)
     assert code == 0
-    assert out.startswith('the same: learner 5 (beta_implicit, seed 3), ')
-    assert out.endswith(f'; the same 1 digest, the last {held.digest}\n')
+    assert out.startswith('verified: learner 5 (beta_implicit, seed 3): ')
+    assert out.endswith(f'; 1 matching digest, the last {recorded.digest}\n')
     assert 'cut off' not in err
 
 
-def test_the_command_names_a_difference_and_fails(held, tmp_path, capsys):
-    here = step_id([msg for topic, msg in held.spoken if topic == 'action'][10])
-    bag = write(tmp_path / 'bag', changed(held.spoken, 'action', 10, confidence=0.5))
-    code, out, _ = said_of(capsys, bag)
+def test_the_command_names_a_difference_and_fails(recorded, tmp_path, capsys):
+    action = [msg for topic, msg in recorded.messages if topic == 'action'][10]
+    bag = write_bag(tmp_path / 'bag', changed(recorded.messages, 'action', 10, confidence=0.5))
+    code, out, _ = run_replay(capsys, bag)
     assert code == 1
-    assert f'differs: on topic action, in run 7, turn {here}, was recorded' in out
+    assert f'difference: topic action, {step_of(action)}: recorded' in out
 
 
-def test_the_command_says_what_it_cannot_prove(held, tmp_path, capsys):
-    bag = write(tmp_path / 'bag', [held.spoken[0], *held.spoken[200:]])
-    code, out, _ = said_of(capsys, bag)
+def test_the_command_reports_what_it_cannot_verify(recorded, tmp_path, capsys):
+    bag = write_bag(tmp_path / 'bag', [recorded.messages[0], *recorded.messages[200:]])
+    code, out, _ = run_replay(capsys, bag)
     assert code == 1
-    assert out.startswith('not proven: learner 5 was recorded from run 7, turn (')
-    assert 'answers fit their questions' in out
+    assert out.startswith('not verifiable: learner 5 was recorded from run 7, episode ')
+    assert 'actions fit their observations' in out
+    bag = write_bag(tmp_path / 'other', without(recorded.messages, 'state', 10))
+    code, out, _ = run_replay(capsys, bag)
+    assert code == 1
+    assert 'verification stopped: the observation of run 7, episode ' in out
 
 
-def test_of_two_conversations_one_is_named(held, tmp_path, capsys):
-    both = write(tmp_path / 'bag', held.spoken, namespace='/second')
-    assert said_of(capsys, both, '--namespace', 'second')[0] == 0
-    code, _, err = said_of(capsys, both, '--namespace', 'third')
+def test_the_namespace_can_be_chosen(recorded, tmp_path, capsys):
+    bag = write_bag(tmp_path / 'bag', recorded.messages, namespace='/second')
+    assert run_replay(capsys, bag, '--namespace', 'second')[0] == 0
+    code, _, err = run_replay(capsys, bag, '--namespace', 'third')
     assert code == 2
     assert err.endswith('must have a world in namespace /third, and has none among its '
-                        f'{len(held.spoken)} messages: its namespaces are /second\n')
+                        f'{len(recorded.messages)} messages: its namespaces are /second\n')
 
 
-def test_a_bag_without_a_learner_is_one_sentence(held, tmp_path, capsys):
-    mute = [each for each in held.spoken if each[0] not in ('action', 'method', 'progress')]
-    code, _, err = said_of(capsys, write(tmp_path / 'bag', mute))
+def test_a_bag_without_a_learner_is_reported_in_one_line(recorded, tmp_path, capsys):
+    messages = [each for each in recorded.messages
+                if each[0] not in ('action', 'method', 'progress')]
+    code, _, err = run_replay(capsys, write_bag(tmp_path / 'bag', messages))
     assert code == 2
-    assert 'replay: the bag must have the answers of a learner, and has none\n' in err
+    assert 'replay: the bag must have the actions of a learner, and has none\n' in err

@@ -1,34 +1,34 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One message as a bag has it, and what can be wrong with a bag."""
+"""A message as it is stored in a bag, and the errors of a bag."""
 
 from typing import NamedTuple
 
 
 class BagError(ValueError):
-    """A bag that cannot be used; the message says what is wrong with it."""
+    """A bag that cannot be used; the text says what is wrong with it."""
 
 
-class CutOff(Exception):  # noqa: N818
-    """The end of what can be read of a file, where more should be; the message says why."""
+class TruncatedFile(Exception):
+    """A file that ends before its proper end; the text says where."""
 
 
-def in_short(error):
-    """Text of an exception, on one line whatever is in it."""
+def first_line(error: Exception) -> str:
+    """Text of an exception as one printable line."""
     line = (str(error).splitlines() or [''])[0]
     return (line if line.isprintable() else repr(line)) or type(error).__name__
 
 
 class BagMessage(NamedTuple):
     """
-    A message in its bytes.
+    A serialized message.
 
-    kind: type, as in `comply_msgs/msg/Action`.
-    definition: (encoding, text) of that type and of all that it needs.
-    time: nanoseconds since 1970 at which it was recorded.
+    message_type: as in `comply_msgs/msg/Action`.
+    definition: (encoding, text) of that type and of all types that it needs.
+    time: when it was recorded, in nanoseconds since 1970.
     """
 
     topic: str
-    kind: str
-    definition: tuple
+    message_type: str
+    definition: tuple[str, str]
     time: int
-    content: bytes
+    data: bytes

@@ -1,76 +1,65 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bags as `ros2 bag record` would write them, with the definition of every message."""
+"""Bags as `ros2 bag record` writes them, with the definition of every message type."""
 
-from rosbags.interfaces import (
-    Qos,
-    QosDurability,
-    QosHistory,
-    QosLiveliness,
-    QosReliability,
-    QosTime,
-)
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from rosbags import interfaces as rosbag
 from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.rosbag2.storage_mcap import McapWriter
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 
-ANY_TIME = QosTime(9223372036, 854775807)  # as rosbag2 writes that there is no limit
+UNLIMITED = rosbag.QosTime(9223372036, 854775807)  # rosbag2's value for a duration without a limit
 
 
-def latched(depth):
-    """Return the `Qos` of a topic whose last messages stay for who comes late."""
-    return Qos(QosHistory.KEEP_LAST, depth, QosReliability.RELIABLE,
-               QosDurability.TRANSIENT_LOCAL, ANY_TIME, ANY_TIME, QosLiveliness.AUTOMATIC,
-               ANY_TIME, False)
+def latched(depth: int) -> rosbag.Qos:
+    """Return the QoS of a topic that sends its last messages to late subscribers."""
+    return rosbag.Qos(
+        rosbag.QosHistory.KEEP_LAST, depth, rosbag.QosReliability.RELIABLE,
+        rosbag.QosDurability.TRANSIENT_LOCAL, UNLIMITED, UNLIMITED,
+        rosbag.QosLiveliness.AUTOMATIC, UNLIMITED, False)
 
 
 class BagWriter:
     """
-    Writes serialized messages to a new bag; to be closed.
+    Writes serialized messages to a new bag, until it is closed; OSError if it cannot be written.
 
-    Parameters
-    ----------
-    path: of the folder, which must not be there yet.
+    path: of the folder, which must not exist yet.
     definitions: text of each message type by its name, and of all types that they need.
     storage: `mcap` or `sqlite3`.
-
-    Attributes
-    ----------
-    counts: messages that were written, by topic.
-
-    Raises
-    ------
-    OSError: if it cannot be written.
-
+    counts: messages written, by topic.
     """
 
-    def __init__(self, path, definitions, storage='mcap'):
+    def __init__(self, path: Path, definitions: Mapping[str, str], storage: str = 'mcap') -> None:
         self._types = get_typestore(Stores.EMPTY)
-        known = {}
-        for kind, text in definitions.items():
-            known.update(get_types_from_msg(text, kind))
-        self._types.register(known)
+        types = {}
+        for message_type, text in definitions.items():
+            types.update(get_types_from_msg(text, message_type))
+        self._types.register(types)
         self._writer = Writer(path, version=Writer.VERSION_LATEST,
                               storage_plugin=StoragePlugin[storage.upper()])
         self._writer.open()
-        self._connections, self.counts = {}, {}
+        self._connections: dict[str, rosbag.Connection] = {}
+        self.counts: dict[str, int] = {}
 
-    def add(self, topic, kind, qos=()):
+    def add(self, topic: str, message_type: str, qos: Sequence[rosbag.Qos] = ()) -> None:
         """Add a topic, before its first message."""
         self._connections[topic] = self._writer.add_connection(
-            topic, kind, typestore=self._types, offered_qos_profiles=qos)
+            topic, message_type, typestore=self._types, offered_qos_profiles=qos)
         self.counts[topic] = 0
 
-    def write(self, topic, time, content):
+    def write(self, topic: str, time: int, data: bytes) -> None:
         """Write one message, recorded at a time in nanoseconds since 1970. Raises OSError."""
-        self._writer.write(self._connections[topic], time, content)
+        self._writer.write(self._connections[topic], time, data)
         self.counts[topic] += 1
 
-    def flush(self):
-        """Have the system take all that was written: a kill loses nothing of it (MCAP only)."""
+    def flush(self) -> None:
+        """Write all messages to the file, so that a kill loses none of them (MCAP only)."""
         storage = self._writer.storage
-        if storage.chunk.msgs:  # rosbags itself waits for a mebibyte
+        if isinstance(storage, McapWriter) and storage.chunk.msgs:  # rosbags waits for a mebibyte
             storage.close_chunk()
             storage.bio.flush()
 
-    def close(self):
+    def close(self) -> None:
         """Write the index and the metadata. Raises OSError."""
         self._writer.close()

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""MCAP files, read record by record up to the last whole message, whatever is missing."""
+"""MCAP files, read record by record up to the last complete message, even without an end."""
 
+from collections.abc import Iterator
 import mmap
+from pathlib import Path
 from struct import error as StructError
 from struct import Struct, unpack_from
 import sys
@@ -9,7 +11,7 @@ from zlib import crc32
 
 from lz4.frame import LZ4FrameDecompressor
 
-from comply_ros.bags.bag_message import BagError, BagMessage, CutOff, in_short
+from comply_ros.bags.bag_message import BagError, BagMessage, first_line, TruncatedFile
 
 if sys.version_info >= (3, 14):
     from compression import zstd
@@ -17,94 +19,88 @@ else:
     from backports import zstd
 
 MAGIC = b'\x89MCAP0\r\n'
-HEAD = Struct('<BQ')  # opcode and length of a record
+RECORD_HEADER = Struct('<BQ')  # opcode, length
 SCHEMA, CHANNEL, MESSAGE, CHUNK, DATA_END = 0x03, 0x04, 0x05, 0x06, 0x0F
-MESSAGE_HEAD = Struct('<HIQQ')  # channel, sequence, time of the log, time of publishing
-CHUNK_HEAD = Struct('<QQQI')  # first time, last time, size, CRC-32
+MESSAGE_HEADER = Struct('<HIQQ')  # channel, sequence, log time, publish time
+CHUNK_HEADER = Struct('<QQQI')  # first time, last time, uncompressed size, CRC-32
 DECOMPRESSORS = {'zstd': zstd.ZstdDecompressor, 'lz4': LZ4FrameDecompressor}
 
+Buffer = mmap.mmap | bytes
 
-def read_mcap(path):
+
+def read_mcap(path: Path) -> Iterator[BagMessage]:
     """
-    Yield every `BagMessage` message of a file, in the order of the file.
+    Yield every message of a file, in the order of the file.
 
-    Raises
-    ------
-    CutOff: after the last whole message, if the file has no proper end.
-    BagError: if it is no MCAP file.
-    OSError: if it cannot be read.
-
+    Raises BagError if it is not an MCAP file, OSError if it cannot be read, and TruncatedFile
+    after the last complete message if the file has no proper end.
     """
-    with path.open('rb') as file:
-        if not file.read(1):
-            raise CutOff('is empty')
-        with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
-            if content[:len(MAGIC)] != MAGIC[:len(content)]:
-                raise BagError('an MCAP file must begin with its magic bytes, '
-                               f'got {content[:len(MAGIC)]!r}')
-            yield from _messages(content)
+    with path.open('rb') as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
+        if content[:len(MAGIC)] != MAGIC[:len(content)]:
+            raise BagError('an MCAP file must begin with its magic bytes, '
+                           f'got {content[:len(MAGIC)]!r}')
+        yield from _messages(content)
 
 
-def _messages(content):
-    schemas, channels, place = {}, {}, len(MAGIC)
+def _messages(content: Buffer) -> Iterator[BagMessage]:
+    schemas: dict[int, tuple] = {}
+    channels: dict[int, tuple] = {}
+    offset = len(MAGIC)
     try:
-        for opcode, body, place in _records(content, place):
+        for opcode, body, offset in _records(content, offset):
             if opcode == DATA_END:
                 return
-            inner = _records(_chunk(body), 0) if opcode == CHUNK else ((opcode, body, place),)
-            for each in inner:
-                yield from _take(each[0], each[1], schemas, channels)
+            records = _records(_chunk(body), 0) if opcode == CHUNK else ((opcode, body, offset),)
+            for inner_opcode, inner_body, _ in records:
+                if inner_opcode == MESSAGE:
+                    channel, _, time, _ = MESSAGE_HEADER.unpack_from(inner_body)
+                    yield BagMessage(*channels[channel], time, inner_body[MESSAGE_HEADER.size:])
+                elif inner_opcode == SCHEMA:
+                    name, place = _text(inner_body, 2)
+                    encoding, place = _text(inner_body, place)
+                    text, _ = _text(inner_body, place)
+                    schemas[unpack_from('<H', inner_body)[0]] = name, (encoding, text)
+                elif inner_opcode == CHANNEL:
+                    channel, schema = unpack_from('<HH', inner_body)
+                    topic, _ = _text(inner_body, 4)
+                    channels[channel] = topic, *schemas.get(schema, ('', ('', '')))
     except (StructError, KeyError, UnicodeDecodeError, zstd.ZstdError, RuntimeError) as error:
-        raise CutOff(f'ends in the middle or is damaged near byte {place} '
-                     f'({in_short(error)})') from None
-    raise CutOff(f'has no end after byte {place}')
+        raise TruncatedFile(f'ends early or is damaged near byte {offset} '
+                            f'({first_line(error)})') from None
+    raise TruncatedFile(f'has no end after byte {offset}')
 
 
-def _records(content, place):
-    """Yield (opcode, body, place behind it) of each record; of the last, what is there."""
-    while place + HEAD.size <= len(content):
-        opcode, size = HEAD.unpack_from(content, place)
-        start = place + HEAD.size
-        place = start + size
-        whole = place <= len(content)
-        if whole or opcode == CHUNK:
-            yield opcode, content[start:place], min(place, len(content))
-        if not whole:
-            raise CutOff(f'ends in the middle of a record, at byte {len(content)}')
-    if place < len(content):
-        raise CutOff(f'ends in the middle of a record, at byte {len(content)}')
+def _records(content: Buffer, offset: int) -> Iterator[tuple[int, bytes, int]]:
+    """Yield opcode, body and end offset of each record; a last chunk as far as it is there."""
+    while offset + RECORD_HEADER.size <= len(content):
+        opcode, size = RECORD_HEADER.unpack_from(content, offset)
+        start = offset + RECORD_HEADER.size
+        offset = start + size
+        if offset <= len(content) or opcode == CHUNK:
+            yield opcode, content[start:offset], min(offset, len(content))
+        if offset > len(content):
+            break
+    if offset != len(content):
+        raise TruncatedFile(f'ends in the middle of a record, at byte {len(content)}')
 
 
-def _chunk(body):
-    """Return the records in a chunk, as bytes: of one that was cut off, those that are there."""
-    *_, size, checksum = CHUNK_HEAD.unpack_from(body)
-    compression, place = _text(body, CHUNK_HEAD.size)
-    compressed, = unpack_from('<Q', body, place)
-    content = body[place + 8:place + 8 + compressed]
+def _chunk(body: bytes) -> bytes:
+    """Return the records of a chunk; of a truncated chunk, those that are there."""
+    *_, size, checksum = CHUNK_HEADER.unpack_from(body)
+    compression, offset = _text(body, CHUNK_HEADER.size)
+    compressed_size, = unpack_from('<Q', body, offset)
+    content = body[offset + 8:offset + 8 + compressed_size]
     if compression:
         if compression not in DECOMPRESSORS:
-            raise CutOff(f'has a chunk that is compressed by {compression!r}, which is not read')
+            raise TruncatedFile(f'has a chunk with the unsupported compression {compression!r}')
         content = DECOMPRESSORS[compression]().decompress(content)
     if len(content) == size and checksum and crc32(content) != checksum:
-        raise CutOff('has a chunk that does not fit its checksum')
+        raise TruncatedFile('has a chunk whose checksum is wrong')
     return content
 
 
-def _take(opcode, body, schemas, channels):
-    """Yield the message of a record, if it is one; change the tables if it belongs there."""
-    if opcode == MESSAGE:
-        channel, _, time, _ = MESSAGE_HEAD.unpack_from(body)
-        yield BagMessage(*channels[channel], time, body[MESSAGE_HEAD.size:])
-    elif opcode == SCHEMA:
-        name, place = _text(body, 2)
-        encoding, place = _text(body, place)
-        schemas[unpack_from('<H', body)[0]] = name, (encoding, _text(body, place)[0])
-    elif opcode == CHANNEL:
-        number, schema = unpack_from('<HH', body)
-        channels[number] = _text(body, 4)[0], *schemas.get(schema, ('', ('', '')))
-
-
-def _text(body, place):
-    """Return a text that is preceded by its length, and the place behind it."""
-    size, = unpack_from('<I', body, place)
-    return bytes(body[place + 4:place + 4 + size]).decode(), place + 4 + size
+def _text(body: bytes, offset: int) -> tuple[str, int]:
+    """Return a text that is preceded by its length, and the offset of its end."""
+    size, = unpack_from('<I', body, offset)
+    end = offset + 4 + size
+    return bytes(body[offset + 4:end]).decode(), end

@@ -1,109 +1,105 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What was said between world, mentor and learner, out of the bytes of a bag."""
+"""The messages of world, mentor and learner, decoded from a bag."""
+
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any
 
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 
-from comply_ros.bags.bag_message import BagError, in_short
-from comply_ros.protocol.messages import TOPIC_TYPES
+from comply_ros.bags.bag_message import BagError, BagMessage, first_line
+from comply_ros.bags.bag_reader import Bag
+from comply_ros.protocol.messages import grid_from_description, TOPIC_TYPES, WorldDescription
+from comply_ros.world.mdp import World
 
 
 class DecodedMessages:
     """
-    What was said in one namespace, as tuples of `dialogue`, in the order of the bag.
+    The messages in one namespace of a bag as tuples of `messages`, in the order of the bag.
 
-    Parameters
-    ----------
-    bag: the `Bag`.
-    namespace: of the nodes; None: the only one that there is.
-
-    Attributes
-    ----------
-    bag: as given.
-    namespace: as given or found, as in `/second`; the root is an empty text.
-
-    Raises
-    ------
-    BagError: if the bag has no conversation, or several and no namespace was given.
-
+    namespace: of the nodes; None for the only one that has a world. Then as in `/second`, and
+        empty for the root. BagError if it has no world, or if there is more than one to choose.
     """
 
-    def __init__(self, bag, namespace=None):
+    def __init__(self, bag: Bag, namespace: str | None = None) -> None:
         self.bag = bag
-        self.namespace = _namespace_of(bag, namespace)
-        self._decoders = {}
+        self.namespace = _find_namespace(bag, namespace)
+        self._decoders: dict[str, Callable[[bytes], Any]] = {}
 
-    def __iter__(self):
-        """Yield (topic, tuple) of all that was said; raises BagError for what cannot be read."""
-        start = self.namespace + '/'
-        names = {start + name: name for name in TOPIC_TYPES}
+    def __iter__(self) -> Iterator[tuple[str, Any]]:
+        """Yield the topic and the tuple of each message; raises BagError for an unreadable one."""
+        topics = {f'{self.namespace}/{topic}': topic for topic in TOPIC_TYPES}
         for number, recorded in enumerate(self.bag):
-            name = names.get(recorded.topic)
-            if name and recorded.kind == kind_of(name):
-                yield name, self._decode(name, recorded, number)
-
-    def _decode(self, name, recorded, number):
-        if name not in self._decoders:
-            self._decoders[name] = _decoder(name, recorded)
-        try:
-            return self._decoders[name](recorded.content)
-        except Exception as error:  # noqa: BLE001 - whatever nonsense in bytes makes it raise
-            raise BagError(f'message {number} of the bag, on topic {recorded.topic}, must be a '
-                           f'{recorded.kind}, and is not ({in_short(error)})') from None
-
-
-def kind_of(name):
-    """Type of the messages on a topic of ours."""
-    return f'comply_msgs/msg/{TOPIC_TYPES[name].__name__}'
+            topic = topics.get(recorded.topic)
+            if topic is None or recorded.message_type != message_type(topic):
+                continue
+            if topic not in self._decoders:
+                self._decoders[topic] = _decoder(topic, recorded)
+            try:
+                msg = self._decoders[topic](recorded.data)
+            except Exception as error:  # noqa: BLE001 - arbitrary bytes can raise anything
+                raise BagError(f'message {number} of the bag, on topic {recorded.topic}, must be '
+                               f'a {recorded.message_type}, and is not ({first_line(error)})'
+                               ) from None
+            yield topic, msg
 
 
-def _namespace_of(bag, given):
-    """Return the namespace of the conversation in a bag."""
-    spaces = set()
+def message_type(topic: str) -> str:
+    """ROS type of the messages on a topic of `TOPIC_TYPES`."""
+    return f'comply_msgs/msg/{TOPIC_TYPES[topic].__name__}'
+
+
+def world_from_description(description: WorldDescription) -> World:
+    """`World` of a recorded description; raises BagError for an invalid one."""
+    try:
+        return World(grid_from_description(description))
+    except ValueError as error:
+        raise BagError(f'the world of run {description.run} must be valid: {error}') from None
+
+
+def _find_namespace(bag: Bag, given: str | None) -> str:
+    """Return the given namespace, or the only one, if it has a world."""
+    found = set()
     for recorded in bag:
-        space, _, name = recorded.topic.rpartition('/')
-        if name == 'world' and recorded.kind == kind_of('world'):
-            spaces.add(space)
-    wanted = None if given is None else '/' + given.strip('/') if given.strip('/') else ''
-    where = f'in namespace {wanted}' if wanted else ''
-    if wanted is not None and wanted not in spaces or not spaces:
-        raise BagError(f'bag {str(bag.path)!r} must have a world {where}'.rstrip()
-                       + f', and has none among its {bag.count} messages'
-                       + (f' ({bag.cut})' if bag.cut else '')
-                       + (f': its namespaces are {_names(spaces)}' if spaces else ''))
-    if wanted is None and len(spaces) > 1:
-        raise BagError(f'bag {str(bag.path)!r} has several conversations: name one of the '
-                       f'namespaces {_names(spaces)} with --namespace')
-    return min(spaces) if wanted is None else wanted
+        namespace, _, topic = recorded.topic.rpartition('/')
+        if topic == 'world' and recorded.message_type == message_type('world'):
+            found.add(namespace)
+    wanted = found if given is None else {'/' + given.strip('/') if given.strip('/') else ''}
+    if not wanted or not wanted <= found:
+        where = ''.join(f' in namespace {name}' for name in wanted if name)
+        raise BagError(f'bag {str(bag.path)!r} must have a world{where}, and has none among its '
+                       f'{bag.count} messages' + (f' ({bag.truncation})' if bag.truncation else '')
+                       + (f': its namespaces are {_listed(found)}' if found else ''))
+    if len(wanted) > 1:
+        raise BagError(f'bag {str(bag.path)!r} has worlds in several namespaces: choose one of '
+                       f'{_listed(found)} with --namespace')
+    return wanted.pop()
 
 
-def _names(spaces):
-    return ', '.join(space or '/' for space in sorted(spaces))
+def _listed(namespaces: Iterable[str]) -> str:
+    return ', '.join(namespace or '/' for namespace in sorted(namespaces))
 
 
-def _decoder(name, recorded):
-    """Return a function from bytes to a tuple; raises BagError for what is of another version."""
-    msg, (encoding, text) = TOPIC_TYPES[name], recorded.definition
+def _decoder(topic: str, recorded: BagMessage) -> Callable[[bytes], Any]:
+    """Return a function from bytes to a tuple; raises BagError for another message version."""
+    tuple_type, (encoding, text) = TOPIC_TYPES[topic], recorded.definition
     if encoding != 'ros2msg':
         raise BagError(f'topic {recorded.topic} must come with its definition as ros2msg, '
                        f'got {encoding or "none"!r}')
     store = get_typestore(Stores.EMPTY)
     try:
-        store.register(get_types_from_msg(text, recorded.kind))
-        fields = [field for field, _ in store.fielddefs[recorded.kind][1]]
-    except Exception as error:  # noqa: BLE001 - whatever nonsense in a text makes it raise
-        raise BagError(f'the definition of {recorded.kind} in the bag must be one of a message '
-                       f'({in_short(error)})') from None
-    missing = [field for field in msg._fields if field not in fields]
+        store.register(get_types_from_msg(text, recorded.message_type))
+        fields = [field for field, _ in store.fielddefs[recorded.message_type][1]]
+    except Exception as error:  # noqa: BLE001 - an arbitrary text can raise anything
+        raise BagError(f'the definition of {recorded.message_type} in the bag must be valid '
+                       f'({first_line(error)})') from None
+    missing = [field for field in tuple_type._fields if field not in fields]
     if missing:
-        raise BagError(f'{recorded.kind} must have the fields of this version, and the bag has '
-                       f'it without {", ".join(missing)}')
-    decode = store.deserialize_cdr
+        raise BagError(f'{recorded.message_type} must have the fields of this version; in the '
+                       f'bag it has no {", ".join(missing)}')
 
-    def to_tuple(content):
-        message = decode(content, recorded.kind)
-        return msg(*[_plain(getattr(message, field)) for field in msg._fields])
-    return to_tuple
-
-
-def _plain(value):
-    return value.tolist() if hasattr(value, 'tolist') else value
+    def decode(data: bytes) -> Any:
+        message = store.deserialize_cdr(data, recorded.message_type)
+        values = [getattr(message, field) for field in tuple_type._fields]
+        return tuple_type(*[value.tolist() if hasattr(value, 'tolist') else value
+                            for value in values])
+    return decode

@@ -1,119 +1,122 @@
 # SPDX-License-Identifier: Apache-2.0
-"""All that was recorded, told again to fresh learners; who was heard from its start is proven."""
+"""The check of a whole bag: each recorded learner against a fresh one."""
 
 from collections import deque
+from typing import Any
 
-from comply_ros.bags.learner_replay import LearnerReplay, misfit, RecordedRun, ReplayDifference
-from comply_ros.protocol.messages import step_id
-from comply_ros.world.mdp import World
+from comply_ros.bags.learner_replay import LearnerReplay, place, RecordedRun, ReplayDifference
+from comply_ros.protocol.messages import Action, LearnerDescription, Progress, step_id
+from comply_ros.world.grid import NO_ACTION
 
-LAG = 1000  # messages that are read ahead: on two topics they are not recorded as they were said
+READ_AHEAD = 1000  # messages: those of two topics can be recorded in another order
 
 
-class Unknown:
-    """A learner of which it is not in the bag what it had learned before; counts what fits."""
+class UnverifiableLearner:
+    """
+    A learner of unknown initial state: its actions can only be checked to be possible.
 
-    def __init__(self, number, ear):
-        self.number, self.fits, self.first, self.last = number, 0, None, None
-        self._ear, self._worlds = ear, {}
+    first: its first action in the bag.
+    possible: number of its actions that fit their observations.
+    """
 
-    def tell(self, answered):
-        """Check that an answer fits its question; raises Differs if it does not."""
-        here = answered.run, step_id(answered)
-        self.first, self.last = self.first or here, here
-        asked = self._ear.states.get(here)
-        if asked is None:
+    def __init__(self, first: Action, runs: dict[int, RecordedRun]) -> None:
+        self.number, self.first, self.possible, self._runs = first.learner, first, 0, runs
+
+    def check(self, recorded: Action) -> None:
+        """Compare an action with its observation, if it is there; raises ReplayDifference."""
+        run = self._runs[recorded.run]
+        observation = run.observations.get(step_id(recorded))
+        if observation is None:
             return
-        if answered.run not in self._worlds:
-            self._worlds[answered.run] = World(self._ear.world_of(answered)[1])
-        problem = misfit(answered, asked, self._worlds[answered.run])
+        ends = observation.terminated or observation.truncated
+        state, action, available = observation.state, recorded.action, run.world.available
+        problem = None
+        if state >= len(available):
+            problem = f'state {state}, which the world does not have'
+        elif ends != (action == NO_ACTION):
+            problem = f'action {action} where the episode {"ends" if ends else "goes on"}'
+        elif not ends and not (0 <= action < 4 and available[state, action]):
+            problem = f'action {action}, which state {state} does not have'
+        elif recorded.followed and action != recorded.advice:
+            problem = f'action {action} marked as following advice {recorded.advice}'
         if problem:
-            raise ReplayDifference(f'on topic action, in run {here[0]}, turn {here[1]}, was recorded '
-                          f'{problem}')
-        self.fits += 1
-        self._ear.forget(*here)
+            raise ReplayDifference(f'topic action, {place(recorded)}: recorded {problem}')
+        self.possible += 1
+        run.discard(step_id(recorded))
 
 
 class ReplayCheck:
     """
-    Hears a conversation in order, and holds each learner against a fresh one.
+    Compares each learner of a bag with a fresh one.
 
-    Attributes
-    ----------
-    proven: the `LearnerReplay` of each learner that was heard from its start.
-    unknown: the `Unknown` of each other, by number.
-
+    replays: of each learner that was recorded from its start.
+    unverifiable: each other learner, by number.
     """
 
-    def __init__(self):
-        self.proven, self.unknown = [], {}
-        self._ear, self._waiting, self._now, self._reports = RecordedRun(), deque(), {}, []
-        self._begun = []
+    def __init__(self) -> None:
+        self.replays: list[LearnerReplay] = []
+        self.unverifiable: dict[int, UnverifiableLearner] = {}
+        self._runs: dict[int, RecordedRun] = {}
+        self._current: dict[int, LearnerReplay] = {}
+        self._waiting: deque[tuple[str, Any]] = deque()
+        self._progress: list[Progress] = []
 
-    def hear(self, topic, msg):
-        """
-        Take what was said next.
-
-        Raises
-        ------
-        Differs: at the first difference.
-
-        """
-        self._ear.hear(topic, msg)
+    def add(self, topic: str, msg: Any) -> None:
+        """Take the next message of the bag; raises ReplayDifference."""
+        self._runs.setdefault(msg.run, RecordedRun(msg.run)).add(topic, msg)
         if topic == 'progress':
-            self._reports.append(msg)
+            self._progress.append(msg)
+        elif topic == 'method' and msg.turns and msg.learner in self._current:
+            self._current[msg.learner].expect(msg)
         self._waiting.append((topic, msg))
-        if topic == 'method' and msg.turns and msg.learner in self._now:
-            self._now[msg.learner].expect(msg)
-        if len(self._waiting) > LAG:
-            self._take(*self._waiting.popleft())
+        if len(self._waiting) > READ_AHEAD:
+            self._check_next()
 
-    def end(self):
-        """Take what waits still; raises Differs."""
+    def finish(self) -> None:
+        """Check what is left after the last message; raises ReplayDifference."""
         while self._waiting:
-            self._take(*self._waiting.popleft())
-        for each in self.proven:
-            each.end()
-        for report in self._reports:
-            self._compare(report)
+            self._check_next()
+        for replay in self.replays:
+            replay.finish()
+        for recorded in self._progress:
+            key = recorded.run, recorded.iteration
+            fresh = [replay.progress[key] for replay in self.replays if key in replay.progress]
+            if fresh and repr(recorded) not in map(repr, fresh):
+                raise ReplayDifference(f'topic progress, run {key[0]}, iteration {key[1]}: '
+                                       f'recorded {recorded}; a fresh learner publishes '
+                                       f'{fresh[-1]}')
 
-    def _compare(self, report):
-        """Return if a recorded `Progress` is one that a fresh learner says; raises Differs."""
-        msg = [each.report_like(report) for each in self.proven]
-        msg = [each for each in msg if each is not None]
-        if msg and repr(report) not in [repr(each) for each in msg]:
-            raise ReplayDifference(f'on topic progress, in run {report.run}, iteration {report.iteration}, '
-                          f'was recorded {report}; a fresh learner says {msg[-1]}')
-
-    def _take(self, topic, msg):
-        if topic == 'method' and not msg.turns and not any(
-                msg is each for each in self._begun):
-            self._begin(msg)
+    def _check_next(self) -> None:
+        topic, msg = self._waiting.popleft()
+        if topic == 'method' and not msg.turns:
+            self._start(msg)
         elif topic == 'action':
-            self._teller(msg).tell(msg)
+            self._find(msg).check(msg)
 
-    def _teller(self, answered):
-        """Return who is to be told an `Action`: a `LearnerReplay`, or an `Unknown`."""
-        number = answered.learner
-        if number not in self._now and number not in self.unknown:
-            for topic, msg in self._waiting:  # on its own topic it may come a little later
+    def _find(self, action: Action) -> LearnerReplay | UnverifiableLearner:
+        """Return what checks the actions of this learner."""
+        number = action.learner
+        if number not in self._current and number not in self.unverifiable:
+            for topic, msg in self._waiting:  # its description can be recorded a little later
                 if topic == 'method' and msg.learner == number and not msg.turns:
-                    self._begin(msg)
+                    self._waiting.remove((topic, msg))
+                    self._start(msg)
                     break
-        told = self._now.get(number)
-        if told and told.is_heard_from_its_start(answered):
-            return told
-        if told:
-            self.proven.remove(self._now.pop(number))
-        return self.unknown.setdefault(number, Unknown(number, self._ear))
+        replay = self._current.get(number)
+        if replay and replay.is_recorded_from_start(action):
+            return replay
+        if replay:
+            self.replays.remove(self._current.pop(number))
+        return self.unverifiable.setdefault(number, UnverifiableLearner(action, self._runs))
 
-    def _begin(self, described):
-        self._begun.append(described)
-        before = self._now.get(described.learner)
-        if before and before.last is None:
-            self.proven.remove(before)  # it had only found another world
-        self._now[described.learner] = LearnerReplay(described, self._ear)
-        self.proven.append(self._now[described.learner])
+    def _start(self, description: LearnerDescription) -> None:
+        """Start the replay of a learner; one that has not acted yet only found another world."""
+        number = description.learner
+        earlier = self._current.get(number)
+        if earlier and earlier.last is None:
+            self.replays.remove(earlier)
+        replay = self._current[number] = LearnerReplay(description, self._runs)
+        self.replays.append(replay)
         for topic, msg in self._waiting:
-            if topic == 'method' and msg.learner == described.learner and msg.turns:
-                self._now[described.learner].expect(msg)
+            if topic == 'method' and msg.learner == number and msg.turns:
+                replay.expect(msg)

@@ -1,62 +1,60 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The sqlite3 files of rosbag2, read up to the last whole message."""
+"""The sqlite3 files of rosbag2, read up to the last complete message."""
 
+from collections.abc import Iterator
 from contextlib import closing
+from pathlib import Path
 import sqlite3
 from urllib.parse import quote
 
-from comply_ros.bags.bag_message import BagError, BagMessage, CutOff, in_short
+from comply_ros.bags.bag_message import BagError, BagMessage, first_line, TruncatedFile
 
 MAGIC = b'SQLite format 3\0'
-HEAD = 100  # bytes at the start of every sqlite3 file
+HEADER_SIZE = 100  # bytes at the start of every sqlite3 file
 
 
-def read_sqlite(path):
+def read_sqlite(path: Path) -> Iterator[BagMessage]:
     """
-    Yield every `BagMessage` message of a file, in the order in which it was recorded.
+    Yield every message of a file, in the order in which it was recorded.
 
-    Raises
-    ------
-    CutOff: after the last whole message, if pages of the file are missing.
-    BagError: if it is no sqlite3 file of a bag.
-    OSError: if it cannot be read.
-
+    Raises BagError if it is not an sqlite3 bag, OSError if it cannot be read, and TruncatedFile
+    after the last complete message if pages of the file are missing.
     """
     with path.open('rb') as file:
-        start = file.read(HEAD)
-    if not start:
-        raise CutOff('is empty')
-    if start[:len(MAGIC)] != MAGIC[:len(start)]:
-        raise BagError(f'an sqlite3 file must begin with {MAGIC!r}, got {start[:len(MAGIC)]!r}')
+        header = file.read(HEADER_SIZE)
+    if header[:len(MAGIC)] != MAGIC[:len(header)]:
+        raise BagError(f'an sqlite3 file must begin with {MAGIC!r}, got {header[:len(MAGIC)]!r}')
     try:
-        with closing(sqlite3.connect(f'file:{quote(str(path))}?mode=ro', uri=True)) as base:
-            yield from _messages(base, path.stat().st_size < _size(start))
+        with closing(sqlite3.connect(f'file:{quote(str(path))}?mode=ro', uri=True)) as database:
+            yield from _messages(database, path.stat().st_size < _expected_size(header))
     except sqlite3.DatabaseError as error:
-        raise CutOff(f'ends in the middle or is damaged ({in_short(error)})') from None
+        raise TruncatedFile(f'ends early or is damaged ({first_line(error)})') from None
 
 
-def _size(start):
-    """Return the bytes that a file must have, by its head: page size and number of pages."""
-    page = int.from_bytes(start[16:18], 'big')
-    return (1 << 16 if page == 1 else page) * int.from_bytes(start[28:32], 'big') or HEAD
+def _expected_size(header: bytes) -> int:
+    """Size of the file according to its header: page size times number of pages."""
+    page = int.from_bytes(header[16:18], 'big')
+    pages = int.from_bytes(header[28:32], 'big')
+    return (1 << 16 if page == 1 else page) * pages or HEADER_SIZE
 
 
-def _messages(base, is_short):
-    base.execute('PRAGMA writable_schema=ON')  # else sqlite refuses a file that is too short
-    tables = {str(name) for name, in base.execute('SELECT name FROM sqlite_master')}
-    if is_short and not {'topics', 'messages'} <= tables:
-        raise CutOff('ends before its tables')
+def _messages(database: sqlite3.Connection, is_truncated: bool) -> Iterator[BagMessage]:
+    database.execute('PRAGMA writable_schema=ON')  # else sqlite rejects a truncated file
+    tables = {str(name) for name, in database.execute('SELECT name FROM sqlite_master')}
     if not {'topics', 'messages'} <= tables:
+        if is_truncated:
+            raise TruncatedFile('ends before its tables')
         raise BagError('an sqlite3 bag must have the tables topics and messages, '
                        f'got {", ".join(sorted(tables)) or "none"}')
     definitions = {}
     if 'message_definitions' in tables:
-        definitions = {kind: (encoding, text) for kind, encoding, text in base.execute(
+        definitions = {name: (encoding, text) for name, encoding, text in database.execute(
             'SELECT topic_type, encoding, encoded_message_definition FROM message_definitions')}
-    topics = {number: (name, kind, definitions.get(kind, ('', '')))
-              for number, name, kind in base.execute('SELECT id, name, type FROM topics')}
-    for number, time, content in base.execute(
+    topics = {number: (topic, message_type, definitions.get(message_type, ('', '')))
+              for number, topic, message_type in database.execute(
+                  'SELECT id, name, type FROM topics')}
+    for number, time, data in database.execute(
             'SELECT topic_id, timestamp, data FROM messages ORDER BY id'):
         if number not in topics:
-            raise CutOff(f'has a message of topic {number}, which it does not describe')
-        yield BagMessage(*topics[number], time, content)
+            raise TruncatedFile(f'has a message of topic {number}, which it does not describe')
+        yield BagMessage(*topics[number], time, data)
