@@ -51,8 +51,8 @@ class SimulatedRun:
         while not self.learner.finished:
             self._step()
         self._publish('trust', Trust(run, self.grid.width, self.grid.height, confidence_map(
-            self.config, self.learner.memory, self.learner.advice_heard())))
-        self.digest = self.learner.memory.digest()
+            self.config, self.learner.state, self.learner.advice())))
+        self.digest = self.learner.state.digest()
         self._describe_learner(self.digest)
 
     def _start(self):
@@ -68,11 +68,11 @@ class SimulatedRun:
 
     def _describe_learner(self, digest=''):
         self._publish('method', LearnerDescription(
-            self.learner.described.run, self.learner.number, self.learner.turns, self._method,
+            self.learner.tracker.description.run, self.learner.number, self.learner.step_count, self._method,
             json.dumps(asdict(self.config)), self._seed, True, digest))
 
     def _step(self):
-        observation = self.world.question
+        observation = self.world.observation
         self._publish('state', observation)
         outputs = self.learner.observe(observation)
         for recommendation in self.mentor.observe(observation):

@@ -109,9 +109,9 @@ class LearnerReplay:
 
     def expect(self, description: LearnerDescription) -> None:
         """Store a later description, to be compared after the same number of observations."""
-        if description.turns < self.learner.turns and description.digest:
+        if description.turns < self.learner.step_count and description.digest:
             raise MissingMessage(f'the digest after {description.turns} observations is in the '
-                                 f'bag only after {self.learner.turns} of them')
+                                 f'bag only after {self.learner.step_count} of them')
         self._later.append(description)
 
     def is_recorded_from_start(self, action: Action) -> bool:
@@ -124,13 +124,13 @@ class LearnerReplay:
         step = step_id(recorded)
         if self.last and self.last.run == recorded.run and step <= step_id(self.last):
             return
-        while self.learner.turns < recorded.turns:
+        while self.learner.step_count < recorded.turns:
             self._infer(*self._next(recorded.run))
             self.inferred += 1
-        if self.learner.turns != recorded.turns:
+        if self.learner.step_count != recorded.turns:
             raise ReplayDifference(f'topic action, {place(recorded)}: recorded after '
                                    f'{recorded.turns} observations; a fresh learner has answered '
-                                   f'{self.learner.turns}')
+                                   f'{self.learner.step_count}')
         observation = self._observation(recorded.run, step)
         action = self._deliver(observation, recorded.advice)
         if repr(action) != repr(recorded):
@@ -148,7 +148,7 @@ class LearnerReplay:
 
     def finish(self) -> None:
         """Deliver the last observation, which has no action if it ended the training."""
-        due = any(each.turns == self.learner.turns + 1 for each in self._later)
+        due = any(each.turns == self.learner.step_count + 1 for each in self._later)
         if due and self.last is not None:
             self._infer(*self._next(self.last.run))
 
@@ -179,18 +179,18 @@ class LearnerReplay:
 
     def _deliver(self, observation: StateReward, advice: int) -> Action | None:
         """Return the action of the learner, None if it publishes none."""
-        if self.learner.described is None or self.learner.described.run != observation.run:
+        if self.learner.tracker.run != observation.run:
             run = self._runs[observation.run]
-            self.learner.attend(run.description, run.world.grid)
-        answered, outputs = self.learner.turns, ()
+            self.learner.tracker.follow(run.description, run.world.grid)
+        answered, outputs = self.learner.step_count, ()
         for _ in range(ATTEMPTS):
             outputs = self.learner.observe(observation)
-            if self.learner.asked:
+            if self.learner.waiting:
                 outputs += self.learner.on_recommendation(
                     Recommendation(*observation[:4], advice))
-            if self.learner.turns > answered:
+            if self.learner.step_count > answered:
                 break
-            self.learner.look()
+            self.learner.tick()
         for msg in outputs:
             if isinstance(msg, Progress):
                 self.progress[msg.run, msg.iteration] = msg
@@ -199,18 +199,18 @@ class LearnerReplay:
     def _advance(self, observation: StateReward) -> None:
         """Go on after an observation; apply and compare the descriptions that belong here."""
         self.first, self.last = self.first or observation, observation
-        self.learner.told.clear()
+        self.learner.journal_entries.clear()
         self._runs[observation.run].discard(step_id(observation))
-        due = [each for each in self._later if each.turns == self.learner.turns]
-        self._later = [each for each in self._later if each.turns > self.learner.turns]
+        due = [each for each in self._later if each.turns == self.learner.step_count]
+        self._later = [each for each in self._later if each.turns > self.learner.step_count]
         for description in due:
-            config, current = config_from_description(description), asdict(self.learner.method)
+            config, current = config_from_description(description), asdict(self.learner.config)
             changes = {name: value for name, value in asdict(config).items()
                        if value != current[name]}
             if changes:  # before the digest, which includes them
                 self.learner.change(changes)
             if description.digest:
-                self.digest = self.learner.memory.digest()
+                self.digest = self.learner.state.digest()
                 if self.digest != description.digest:
                     raise ReplayDifference(f'topic method, after {description.turns} observations:'
                                            f' recorded digest {description.digest}; a fresh '

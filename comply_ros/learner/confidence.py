@@ -30,14 +30,14 @@ def confidence(s: int, advice: int, step: int, config: KernelConfig, state: Lear
     advice: the recommended action. step: of the episode, from 0.
     """
     if config.trust == SCHEDULED:
-        return policy_reuse_confidence(state.confidence[0], step, config)
+        return policy_reuse_confidence(state.scheduled_confidence[0], step, config)
     if config.trust == BETA:
         return beta_mean(state.belief[s, LISTEN], state.belief[s, DISCARD])
     if config.trust == EXPLICIT:
         temperature = listen_temperature(state.departures[s], config)
         return sigmoid((state.belief[s, LISTEN] - state.belief[s, DISCARD]) / temperature)
     if config.trust == SHAPING:
-        return policy_shaping_confidence(s, advice, state.confidence[0], state.temperature[0],
+        return policy_shaping_confidence(s, advice, state.scheduled_confidence[0], state.temperature[0],
                                          state.q)
     if config.trust == JUMP_START:
         return 1.0 if step < guided_steps(state.guided_stage[0], config) else 0.0

@@ -33,7 +33,7 @@ class LearnerState(NamedTuple):
     belief: `belief[s, LISTEN]` and `belief[s, DISCARD]`: alpha and beta of (3.7), or the two
         values of (3.10); `belief[s, IN_POOL]`: 1 if the state is in the pool of the prior.
     departures: `departures[s]`, 1 + the number of actions taken in s.
-    confidence: the confidence p of scheduled trust (3.6).
+    scheduled_confidence: the confidence p of scheduled trust (3.6).
     temperature: of the softmax (2.25).
     trust_rate: the rate gamma of (4.2).
     guided_stage: how many times a jump start was shortened.
@@ -50,7 +50,7 @@ class LearnerState(NamedTuple):
     visits: Array
     belief: Array
     departures: Array
-    confidence: Array
+    scheduled_confidence: Array
     temperature: Array
     trust_rate: Array
     guided_stage: Array
@@ -89,7 +89,7 @@ def initial_state(world: World, config: LearnerConfig) -> LearnerState:
         visits=np.ones((states, 4)),
         belief=np.tile(np.array((*first_belief, 0.0)), (states, 1)),
         departures=np.ones(states),
-        confidence=scalar(config.confidence), temperature=scalar(config.temperature),
+        scheduled_confidence=scalar(config.confidence), temperature=scalar(config.temperature),
         trust_rate=scalar(config.trust_rate),
         guided_stage=scalar(0.0), best_return=scalar(-np.inf),
         advice_agreed=scalar(1.0), advice_seen=scalar(1.0),

@@ -10,7 +10,9 @@ from comply_ros.learner.learner_config import ConfigError, LearnerConfig
 from comply_ros.learner.learner_state import DISCARD, IN_POOL, initial_state, LearnerState
 from comply_ros.world.mdp import World
 
-IMMEDIATE = ('confidence', 'temperature', 'trust_rate')  # a change of these counts from now on
+# Fields whose change counts from now on, and their arrays.
+IMMEDIATE = {'confidence': 'scheduled_confidence', 'temperature': 'temperature',
+             'trust_rate': 'trust_rate'}
 MENTOR_FIELDS = ('guided_stage', 'best_return', 'advice_agreed', 'advice_seen', 'pool_size',
                  'pool_listen', 'pool_discard')  # start again with another kind of trust
 
@@ -49,9 +51,9 @@ def changed_state(state: LearnerState, world: World, before: LearnerConfig,
                              for old, new in zip(state, fresh)))
     untried = (changed.visits == 1.0) & (changed.q == before.initial_value)
     changed.q[untried] = after.initial_value
-    for name in IMMEDIATE:
+    for name, array in IMMEDIATE.items():
         if getattr(before, name) != getattr(after, name):
-            getattr(changed, name)[0] = getattr(after, name)
+            getattr(changed, array)[0] = getattr(after, name)
     if before.trust != after.trust:
         for name in ('belief', *MENTOR_FIELDS):
             getattr(changed, name)[...] = getattr(fresh, name)

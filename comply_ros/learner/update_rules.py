@@ -64,8 +64,8 @@ def learning_rate(c: float, config: KernelConfig) -> float:
 @kernel
 def decay_schedules(mean_return: float, config: KernelConfig, state: LearnerState) -> None:
     """Change confidence (3.6), temperature (2.25) and the other schedules after an iteration."""
-    state.confidence[0] *= config.confidence_factor
-    if state.confidence[0] <= config.cooling_confidence:
+    state.scheduled_confidence[0] *= config.confidence_factor
+    if state.scheduled_confidence[0] <= config.cooling_confidence:
         cooler = state.temperature[0] * config.temperature_factor
         state.temperature[0] = max(cooler, config.temperature_floor)
     state.trust_rate[0] *= config.trust_rate_factor
