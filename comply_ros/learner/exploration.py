@@ -49,14 +49,18 @@ def softmax_action(s: int, excluded: int, u: float, temperature: float, q: Array
     u: uniform in [0, 1). An action that the state does not have has the value -inf and weight 0.
     A state with no other action than the excluded one gives that action.
     """
-    best = max_q_except(s, excluded, q)
+    q0 = NOTHING if excluded == 0 else q[s, 0]
+    q1 = NOTHING if excluded == 1 else q[s, 1]
+    q2 = NOTHING if excluded == 2 else q[s, 2]
+    q3 = NOTHING if excluded == 3 else q[s, 3]
+    best = max(q0, q1, q2, q3, NOTHING)
     if best == NOTHING:
         return excluded
     scale = 1.0 / temperature
-    c0 = 0.0 if excluded == 0 else math.exp((q[s, 0] - best) * scale)
-    w1 = 0.0 if excluded == 1 else math.exp((q[s, 1] - best) * scale)
-    w2 = 0.0 if excluded == 2 else math.exp((q[s, 2] - best) * scale)
-    w3 = 0.0 if excluded == 3 else math.exp((q[s, 3] - best) * scale)
+    c0 = math.exp((q0 - best) * scale)  # 0 where there is no such action, or it is excluded
+    w1 = math.exp((q1 - best) * scale)
+    w2 = math.exp((q2 - best) * scale)
+    w3 = math.exp((q3 - best) * scale)
     c1 = c0 + w1
     c2 = c1 + w2
     total = c2 + w3

@@ -14,9 +14,14 @@ NOTHING = -1e308  # below the value of every action that the state has
 def max_q_except(s: int, excluded: int, q: NDArray[Any]) -> float:
     """Highest action value in state s without the excluded action, or NOTHING: (2.17), (3.12)."""
     best = NOTHING
-    for a in range(4):
-        value = q[s, a] if a != excluded else NOTHING
-        best = value if value > best else best
+    if excluded != 0 and q[s, 0] > best:
+        best = q[s, 0]
+    if excluded != 1 and q[s, 1] > best:
+        best = q[s, 1]
+    if excluded != 2 and q[s, 2] > best:
+        best = q[s, 2]
+    if excluded != 3 and q[s, 3] > best:
+        best = q[s, 3]
     return best
 
 
