@@ -39,7 +39,7 @@ def through(tested, messages, seconds=0.001):
     """Return what comes out for messages that go in one after the other, and (time, message)."""
     msg = []
     for number, message in enumerate(messages):
-        tested.hear(message, number * seconds)
+        tested.put(message, number * seconds)
         msg += [(number * seconds, each) for each in tested.due(number * seconds)]
     return msg
 
@@ -84,8 +84,8 @@ def test_a_message_out_of_turn_waits_for_the_next_that_is_said_not_for_one_that_
 def test_a_message_out_of_turn_waits_until_the_next_one_which_is_late_is_said():
     turned, late = [1, 0, 1, 1, 1, 1, 1], [1, 1, 1, 0, 0.25, 1, 1]
     tested = FaultyChannel(Faults(delay=0.5, reorder=0.5, longest_delay=0.02), Uniforms(turned, late))
-    tested.hear('a', 0.0)
-    tested.hear('b', 0.001)  # due a quarter of 20 ms later, at 6 ms
+    tested.put('a', 0.0)
+    tested.put('b', 0.001)  # due a quarter of 20 ms later, at 6 ms
     assert tested.due(0.0059) == []
     assert tested.due(0.0061) == ['b', 'a']
 
@@ -93,18 +93,18 @@ def test_a_message_out_of_turn_waits_until_the_next_one_which_is_late_is_said():
 def test_a_message_that_was_late_already_does_not_put_one_back_in_turn():
     late, turned = [1, 1, 1, 0, 0.25, 1, 1], [1, 0, 1, 1, 1, 1, 1]
     tested = FaultyChannel(Faults(delay=0.5, reorder=0.5, longest_delay=0.02), Uniforms(late, turned))
-    tested.hear('a', 0.0)  # due at 5 ms
-    tested.hear('b', 0.001)  # lets the next one pass
+    tested.put('a', 0.0)  # due at 5 ms
+    tested.put('b', 0.001)  # lets the next one pass
     assert tested.due(0.0051) == ['a']
-    tested.hear('c', 0.006)
+    tested.put('c', 0.006)
     assert tested.due(0.006) == ['c', 'b']
 
 
 def test_the_two_copies_of_a_message_are_late_each_by_its_own_share_of_the_longest_delay():
     tested = FaultyChannel(Faults(delay=0.5, duplicate=0.5, longest_delay=0.04),
                   Uniforms([1, 1, 0, 0.4, 0.75, 0.4, 0.25], [1, 1, 0, 0.6, 0.75, 0.4, 0.5]))
-    tested.hear('a', 1.0)  # 40 ms * 0.75 = 30 ms, 40 ms * 0.25 = 10 ms
-    tested.hear('b', 1.0)  # at once, 40 ms * 0.5 = 20 ms
+    tested.put('a', 1.0)  # 40 ms * 0.75 = 30 ms, 40 ms * 0.25 = 10 ms
+    tested.put('b', 1.0)  # at once, 40 ms * 0.5 = 20 ms
     assert [tested.due(1.0 + t) for t in (0.0, 0.009, 0.011, 0.021, 0.029, 0.031)] == [
         ['b'], [], ['a'], ['b'], [], ['a']]
     assert tested.counts == Counter(heard=2, delayed=3, duplicated=2, relayed=4)
@@ -115,7 +115,7 @@ def test_the_two_copies_of_a_message_are_late_each_by_its_own_share_of_the_longe
 def test_nothing_is_held_longer_than_the_longest_delay(faults):
     for seed in range(50):
         tested = wire(seed, **faults, longest_delay=0.5)
-        tested.hear('a', 2.0)
+        tested.put('a', 2.0)
         msg = tested.due(2.0) + tested.due(2.5)
         assert msg in (['a'], ['a', 'a'])
         assert tested.is_empty()

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How fast and how well a learner learned: section 4.3.1, and the regret."""
+"""Metrics of a training: time to convergence and reward ratio (section 4.3.1), and regret."""
+
+from collections.abc import Sequence
 
 from comply_ros.numerics.summation import sum_in_order
 
@@ -8,7 +10,7 @@ PUBLISHED_OPTIMAL = 5.8386  # the optimal return as the published runs measured 
 PUBLISHED_THRESHOLD = 4.9 / PUBLISHED_OPTIMAL
 
 
-def threshold(profile, optimal_return):
+def threshold(profile: str, optimal_return: float) -> float:
     """
     Mean return of an iteration above which a learner counts as converged.
 
@@ -19,7 +21,7 @@ def threshold(profile, optimal_return):
     return optimal_return - (1.0 - share) * abs(optimal_return)
 
 
-def time_to_convergence(profile, returns, level):
+def time_to_convergence(profile: str, returns: Sequence[float], level: float) -> int | None:
     """
     Return the iterations until the learner has converged, or None if it never does.
 
@@ -33,18 +35,19 @@ def time_to_convergence(profile, returns, level):
     return last if last < len(returns) else None
 
 
-def reward_ratio(returns, convergence, optimal_return):
+def reward_ratio(returns: Sequence[float], convergence: int | None,
+                 optimal_return: float) -> float | None:
     """
     Return collected until convergence over what the optimal policy collects in that time.
 
-    Over all iterations where there is no convergence; None where it takes no time at all, or the
-    optimal policy collects nothing or less, where a share of it means nothing.
+    Over all iterations where there is no convergence. None where it takes no iteration, or where
+    the optimal policy collects nothing or less, since the ratio has no meaning then.
     """
     collected = returns[:convergence]
     optimal = optimal_return * len(collected)
     return sum_in_order(collected) / optimal if optimal > 0 else None
 
 
-def regret(returns, optimal_return):
-    """Sum over the iterations of what is missing to the optimal return."""
+def regret(returns: Sequence[float], optimal_return: float) -> float:
+    """Sum over the iterations of the optimal return minus the return."""
     return sum_in_order(optimal_return - value for value in returns)

@@ -1,19 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The table of all learners: what each row sets, in the two profiles."""
+"""The presets of learners: the settings of each method in the two profiles."""
 
 from dataclasses import replace
 from math import log
+from typing import Any
 
 from comply_ros.learner.learner_config import ConfigError, LearnerConfig, TINY
 
 
-def find_method(name, profile):
+def find_method(name: str, profile: str) -> LearnerConfig:
     """
-    Row of a method in a profile.
+    Settings of a method in a profile.
 
     Raises
     ------
-    MethodError: for an unknown name or profile.
+    ConfigError: for an unknown name or profile.
 
     """
     if profile not in METHODS:
@@ -23,21 +24,21 @@ def find_method(name, profile):
     return METHODS[profile][name]
 
 
-def listening_lead(p, temperature):
+def listening_lead(p: float, temperature: float) -> float:
     """First value of listening over discarding that makes p the confidence (3.13)."""
     return temperature * log(p / (1.0 - p))
 
 
-def _published(**settings):
+def _published(**settings: Any) -> LearnerConfig:
     return LearnerConfig(temperature_floor=0.03, measuring_iterations=1, **settings)
 
 
-def _as_the_text_says(row, **settings):
-    return replace(row, learning_rate_exponent=0.55, visit_growth=1.0, temperature_floor=TINY,
+def _as_the_text_says(config: LearnerConfig, **settings: Any) -> LearnerConfig:
+    return replace(config, learning_rate_exponent=0.55, visit_growth=1.0, temperature_floor=TINY,
                    measuring_iterations=0, **settings)
 
 
-PUBLISHED = {
+PUBLISHED: dict[str, LearnerConfig] = {
     'sarsa': _published(
         initial_value=3.0, visit_growth=1 / 15, temperature=4.0, iterations=600),
     'q_learning': _published(
@@ -63,7 +64,7 @@ PUBLISHED = {
         temperature=2.0, trust_rate=0.1, belief_listen=1.095, belief_discard=0.0,
         updates_both=False),
 }
-REPORT = {
+REPORT: dict[str, LearnerConfig] = {
     'sarsa': _as_the_text_says(PUBLISHED['sarsa']),
     'q_learning': _as_the_text_says(PUBLISHED['q_learning']),
     'sarsa_lambda': _as_the_text_says(PUBLISHED['sarsa_lambda']),
@@ -72,22 +73,23 @@ REPORT = {
     'vanishing': _as_the_text_says(PUBLISHED['vanishing'], cooling_confidence=1.0),
     'beta_implicit': _as_the_text_says(
         PUBLISHED['beta_implicit'], sign_only=False, bounded_belief=False,
-        trust_rate=0.3),  # of the order of the prior (section 4.1.1): larger ones run away
+        trust_rate=0.3),  # of the order of the prior (section 4.1.1): larger rates diverge
     'explicit': _as_the_text_says(
         PUBLISHED['explicit'], updates_both=True, belief_listen=listening_lead(0.9, 0.5)),
 }
 
-_ALONE = LearnerConfig(off_policy=True, initial_value=1.0, learning_rate=0.8,
-                learning_rate_exponent=0.505, visit_growth=1 / 15, temperature=1.0,
-                temperature_factor=0.98, temperature_floor=0.03, iterations=399)
+_ALONE = LearnerConfig(
+    off_policy=True, initial_value=1.0, learning_rate=0.8, learning_rate_exponent=0.505,
+    visit_growth=1 / 15, temperature=1.0, temperature_factor=0.98, temperature_floor=0.03,
+    iterations=399)
 BASELINES = {
-    # Probabilistic policy reuse: follow with psi nu^h in step h of an episode, else choose
-    # oneself (Fernandez and Veloso, AAMAS 2006, pi-reuse; psi 1, nu 0.95 as there).
+    # Probabilistic policy reuse: follow with psi nu^h in step h of an episode, else explore
+    # (Fernandez and Veloso, AAMAS 2006, pi-reuse; psi 1, nu 0.95 as there).
     'pi_reuse': replace(_ALONE, trust='scheduled', confidence=1.0, reuse_factor=0.95),
-    # Advise: the advice is one opinion, right with consistency C, and multiplies the softmax by
-    # the odds that it is right (Griffith et al., Policy Shaping, NIPS 2013, C 0.9).
+    # Advise: the advice is right with consistency C, and multiplies the softmax by the odds of
+    # that (Griffith et al., Policy Shaping, NIPS 2013, C 0.9).
     'policy_shaping': replace(_ALONE, trust='shaping', confidence=0.9, excludes_refused=True),
-    # Jump-start RL: the mentor leads the first steps of every episode, in stages less far
+    # Jump-start RL: the mentor guides the first steps of every episode, in stages fewer
     # (Uchendu et al., Jump-Start Reinforcement Learning, ICML 2023, arXiv 2022, the curriculum).
     'jump_start': replace(_ALONE, trust='jump_start'),
 }
@@ -99,15 +101,15 @@ PUBLISHED['explicit_off_policy'] = replace(PUBLISHED['explicit'], off_policy=Tru
 REPORT['beta_implicit_off_policy'] = replace(REPORT['beta_implicit'], off_policy=True)
 REPORT['explicit_off_policy'] = replace(REPORT['explicit'], off_policy=True)
 
-for table in (PUBLISHED, REPORT):  # section 5.3 asks what traces would do
+for table in (PUBLISHED, REPORT):  # section 5.3 proposes eligibility traces
     for name in ('constant', 'vanishing', 'beta_implicit', 'explicit'):
         table[f'{name}_lambda'] = replace(table[name], trace_decay=0.8)
     table.update(BASELINES)
 
-# Advice is a head start: the recommended action begins above the others and is followed until
-# experience puts it below one. What is tried besides depends on how often the advice of this
-# mentor, everywhere, is the best action known: a pooled trust, its prior learned (section 5.3).
-# Values come from remembered outcomes, so one bad surprise or one lucky slip decides nothing.
+# The recommended action starts above the others and is followed until its value falls below one.
+# How much is explored depends on how often the advice of this mentor, in all states, is the best
+# action known: pooled trust with a learned prior (section 5.3). Values come from a model of usual
+# outcomes, so that a single slip changes little.
 _HEAD_START = LearnerConfig(
     trust='head_start', replays=True, off_policy=True, initial_value=3.0, belief_listen=0.3,
     belief_discard=0.0, exploration_probability=0.4, iterations=399)

@@ -1,27 +1,31 @@
 # SPDX-License-Identifier: Apache-2.0
 """Mentors that are snapshots of a training, and one function that makes any mentor."""
 
+from collections.abc import Callable
+
 import numpy as np
+from numpy.typing import NDArray
 
 from comply_ros.learner.presets import find_method
 from comply_ros.learner.training import Training
-from comply_ros.mentor.mentor_policies import adversarial_policy, noisy_policy
+from comply_ros.mentor.mentor_policies import adversarial_policy, MentorSpec, noisy_policy
 from comply_ros.world.grid import NO_ACTION
+from comply_ros.world.mdp import World
 from comply_ros.world.planning import greedy, optimal_policy, ReferenceReturns
 
-CLOSE_ENOUGH = 0.005  # a snapshot this near to the wanted optimality ends the search; nearer
-# where more would pass for optimal: half of what is missing to it
+# A snapshot this near to the wanted optimality ends the search; near an optimality of 1, half of
+# what is missing to it.
+CLOSE_ENOUGH = 0.005
 SNAPSHOT_ITERATIONS = 600
 
 
-def make_policy(spec, world, seed, on_progress=lambda share: None):
+def make_policy(spec: MentorSpec, world: World, seed: int,
+                on_progress: Callable[[float], None] = lambda share: None) -> NDArray[np.int8]:
     """
-    `advice[s]`, int8, of every mentor but `file`; -1 for no advice.
+    `advice[s]` of every mentor but `file`; -1 for no advice.
 
-    spec: `MentorSpec`.
-    world: the `World`.
     seed: which one of the mentors of this kind.
-    on_progress: told the share that is done, from 0 to 1, by a mentor that takes long.
+    on_progress: called with the share that is done, from 0 to 1, by a mentor that takes long.
 
     """
     generator = np.random.Generator(np.random.PCG64(seed))
@@ -38,11 +42,12 @@ def make_policy(spec, world, seed, on_progress=lambda share: None):
     return snapshot_policy(world, spec.value, seed, on_progress)
 
 
-def snapshot_policy(world, level, seed, on_progress):
+def snapshot_policy(world: World, level: float, seed: int,
+                    on_progress: Callable[[float], None]) -> NDArray[np.int8]:
     """
-    `advice[s]`: greedy (3.5) towards a half-trained SARSA learner, section 3.3.
+    `advice[s]`: greedy (3.5) policy of a half-trained SARSA learner, section 3.3.
 
-    Of all iterations of one learning, the one whose exact optimality is nearest to `level`.
+    Of all iterations of one training, the one whose exact optimality is nearest to `level`.
     """
     reference = ReferenceReturns(world)
     training = Training(

@@ -94,7 +94,7 @@ class FaultInjectorNode(SafeParameterNode):
             kind, before(name), lambda message: self._hear(name, message), qos[0], raw=True)
 
     def _hear(self, name, message):
-        self.wires[name].hear(message, time.monotonic())
+        self.wires[name].put(message, time.monotonic())
         self._say_due()
 
     def _say_due(self):
