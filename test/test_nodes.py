@@ -321,7 +321,7 @@ def test_the_learner_saves_on_request(tmp_path, node, expected):
         assert (tmp_path / 'learning.npz').exists()
 
 
-def sample_maps_over_all_states_are_published(tmp_path, node):
+def test_maps_over_all_states_are_published(tmp_path, node):
     trust, policy, advice = (heard(node, topic) for topic in (
         topics.TRUST, topics.POLICY, topics.MENTOR_POLICY))
     with nodes(tmp_path, grid_world=SMALL, mentor=MENTOR, learner=LEARNER) as started:

@@ -37,8 +37,8 @@ def confidence(s: int, advice: int, step: int, config: KernelConfig, state: Lear
         temperature = listen_temperature(state.departures[s], config)
         return sigmoid((state.belief[s, LISTEN] - state.belief[s, DISCARD]) / temperature)
     if config.trust == SHAPING:
-        return policy_shaping_confidence(s, advice, state.scheduled_confidence[0], state.temperature[0],
-                                         state.q)
+        return policy_shaping_confidence(s, advice, state.scheduled_confidence[0],
+                                         state.temperature[0], state.q)
     if config.trust == JUMP_START:
         return 1.0 if step < guided_steps(state.guided_stage[0], config) else 0.0
     if config.trust == HEAD_START and state.q[s, advice] == max_q_except(s, -1, state.q):

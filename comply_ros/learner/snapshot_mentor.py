@@ -38,8 +38,8 @@ def make_policy(spec: MentorSpec, world: World, seed: int,
     if spec.kind == 'random':
         return noisy_policy(world, 1.0, generator)
     if spec.kind == 'noisy':
-        return noisy_policy(world, spec.value, generator)
-    return snapshot_policy(world, spec.value, seed, on_progress)
+        return noisy_policy(world, float(spec.value), generator)
+    return snapshot_policy(world, float(spec.value), seed, on_progress)
 
 
 def snapshot_policy(world: World, level: float, seed: int,
@@ -52,7 +52,7 @@ def snapshot_policy(world: World, level: float, seed: int,
     reference = ReferenceReturns(world)
     training = Training(
         world, np.full(len(world.free), NO_ACTION), find_method('sarsa', 'published'), seed)
-    nearest, distance = None, float('inf')
+    nearest, distance = np.zeros(0, dtype=np.int8), float('inf')
     for number in range(SNAPSHOT_ITERATIONS):
         training.iterate()
         policy = greedy(training.state.q, world.free)

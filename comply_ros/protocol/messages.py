@@ -144,10 +144,10 @@ class LearnerDescription(NamedTuple):
 
 
 # The message of each topic.
-TOPIC_TYPES: dict[str, type[Any]] = {'world': WorldDescription, 'state': StateReward, 'recommendation': Recommendation,
-          'action': Action, 'episode': Episode, 'progress': Progress, 'trust': Trust,
-          'policy': Policy, 'values': Values, 'mentor_policy': Policy,
-          'method': LearnerDescription}
+TOPIC_TYPES: dict[str, type[Any]] = {
+    'world': WorldDescription, 'state': StateReward, 'recommendation': Recommendation,
+    'action': Action, 'episode': Episode, 'progress': Progress, 'trust': Trust, 'policy': Policy,
+    'values': Values, 'mentor_policy': Policy, 'method': LearnerDescription}
 
 
 class AnsweredObservation(NamedTuple):

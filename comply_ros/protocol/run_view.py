@@ -31,8 +31,9 @@ from comply_ros.world.mdp import World
 
 MAX_RUNS = 8  # other runs with reports: these can arrive before the description of their world
 MAX_POINTS = 2000  # of a learning curve; a longer one loses every second point
-STATE_MAPS = {'trust': 'confidence', 'policy': 'action', 'values': 'value',
-              'mentor_policy': 'action'}  # topics with a value for each state, and the field
+# Topics with a value for each state, and the field and type of these values.
+STATE_MAPS = {'trust': ('confidence', np.float32), 'policy': ('action', np.int8),
+              'values': ('value', np.float64), 'mentor_policy': ('action', np.int8)}
 
 
 class LearningCurve(NamedTuple):
@@ -116,7 +117,8 @@ class RunReports:
             if self._history:
                 self.episodes[msg.episode] = msg
         elif topic in STATE_MAPS:
-            setattr(self, topic, np.array(getattr(msg, STATE_MAPS[topic])))
+            field, dtype = STATE_MAPS[topic]
+            setattr(self, topic, np.array(getattr(msg, field), dtype=dtype))
             self.size[topic] = msg.width, msg.height
         elif topic == 'world':
             self.description = msg

@@ -1,0 +1,197 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What viewer, page, run monitor and plots know of a run: the newest message of each kind."""
+
+from array import array
+
+import numpy as np
+import pytest
+from tiny_worlds import grid
+
+from comply_ros.protocol.messages import (
+    describe_world,
+    Episode,
+    Notice,
+    Policy,
+    Progress,
+    Recommendation,
+    Rejected,
+    StateReward,
+    Trust,
+    Values,
+)
+from comply_ros.protocol.run_view import LearningCurve, MAX_POINTS, RunReports, RunView, STATE_MAPS
+
+GRID = grid('..G', '...')
+HERE = describe_world(GRID, 'room', 7)
+ALL_TOPICS = {'world', 'state', 'progress', *STATE_MAPS}
+
+
+def state(s, step, episode=1, run=7):
+    """Return an observation."""
+    return StateReward(run, episode, step, s, 0.0 if step == 0 else -1.0, s == 5, False)
+
+
+def progress(run, iteration, mean_return=0.0):
+    """Return a `Progress` of a training without limit."""
+    return Progress(run, iteration, 0, 15, 100 * iteration, mean_return, 0.5, 1.0, False)
+
+
+def trust(values, run=7, width=3):
+    """Return a `Trust`."""
+    return Trust(run, width, 2, array('f', values))
+
+
+@pytest.fixture
+def view():
+    """Return a view that follows the run in the room."""
+    made = RunView(lambda is_reset: (Notice('new run'),), trail_length=3)
+    assert made.receive('world', HERE) == (Notice('new run'),)
+    return made
+
+
+def test_everything_changes_with_a_new_run(view):
+    assert view.changed == ALL_TOPICS and view.reports.description == HERE
+
+
+def test_the_trail_has_the_last_states_of_this_episode(view):
+    view.changed.clear()
+    for step, s in enumerate((0, 0, 1, 2)):
+        assert view.receive('state', state(s, step)) == ()
+    assert (view.trail, view.changed) == ([0, 1, 2], {'state'})
+    view.receive('state', state(5, 4))
+    assert view.trail == [1, 2, 5]
+    view.receive('state', state(0, 0, episode=2))
+    assert view.trail == [0]
+
+
+def test_a_repeated_state_changes_nothing(view):
+    view.receive('state', state(0, 0))
+    view.changed.clear()
+    view.receive('state', state(0, 0))
+    assert (view.trail, view.changed) == ([0], set())
+
+
+@pytest.mark.parametrize('s', [9, 99])
+def test_a_state_that_cannot_be_right_is_rejected_and_not_shown(view, s):
+    view.receive('state', state(0, 0))
+    rejected, = view.receive('state', state(s, 1))
+    assert type(rejected) is Rejected
+    assert view.trail == [0] and view.reports.observation.state == 0
+
+
+def test_nothing_is_known_before_a_world():
+    view = RunView()
+    view.receive('trust', trust([0.5] * 6))
+    assert view.world is None and view.reports.trust is None
+    assert view.waiting_for() == 'a world: is a grid_world running?'
+
+
+def test_messages_that_came_before_their_world_are_shown_with_it():
+    view = RunView()
+    view.receive('state', state(0, 0))
+    view.receive('trust', trust([0.5] * 6))
+    view.receive('trust', trust([0.9] * 6, run=8))
+    view.receive('progress', progress(7, 1))
+    view.receive('world', HERE)
+    assert view.reports.trust.tolist() == [0.5] * 6 and view.reports.values is None
+    assert view.reports.curve.iterations == (1,)
+    assert view.reports.observation.state == 0
+
+
+def test_messages_of_another_run_change_nothing(view):
+    view.changed.clear()
+    view.receive('trust', trust([0.9] * 6, run=8))
+    view.receive('progress', progress(8, 1))
+    view.receive('mentor_policy', Policy(8, 3, 2, array('b', [0] * 6)))
+    reports = view.reports
+    assert view.changed == set()
+    assert reports.trust is reports.progress is reports.mentor_policy is None
+
+
+@pytest.mark.parametrize('topic, msg, text', [
+    ('trust', trust([0.5] * 5), 'trust must have 3 x 2 states, got 5 of 3 x 2'),
+    ('trust', trust([0.5] * 6, width=2), 'trust must have 3 x 2 states, got 6 of 2 x 2'),
+    ('trust', trust([0.5] * 5 + [float('nan')]), 'trust must lie in [0, 1], got nan'),
+    ('trust', trust([1.5] * 6), 'trust must lie in [0, 1], got 1.5'),
+    ('values', Values(7, 3, 2, array('d', [float('inf')] * 6)),
+     'values must be finite numbers, got inf'),
+    ('mentor_policy', Policy(7, 3, 2, array('b', [0] + [-1] * 5)),
+     "mentor_policy: an action must not leave the grid, got '<' in state 0"),
+    ('policy', Policy(7, 3, 2, array('b', [4] + [-1] * 5)), 'policy: an action must be 0 left')])
+def test_a_map_that_cannot_be_of_this_world_is_rejected_and_removed(view, topic, msg, text):
+    rejected, = view.receive(topic, msg)
+    assert rejected.reason.startswith(text)
+    assert getattr(view.reports, topic) is None
+
+
+def test_maps_are_arrays_of_their_type(view):
+    view.receive('mentor_policy', Policy(7, 3, 2, array('b', [1, 1, 3, 1, 1, -1])))
+    assert view.reports.mentor_policy.dtype == np.int8
+    view.receive('trust', trust([0.5] * 6))
+    assert view.reports.trust.dtype == np.float32
+
+
+def test_another_world_is_followed_when_this_one_is_silent_and_that_one_publishes(view):
+    view.receive('state', state(0, 0))
+    view.receive('world', describe_world(grid('.G'), 'beside', 8))
+    outputs = ()
+    for _ in range(3):
+        view.receive('state', state(0, 0, run=8))
+        outputs += view.tick()
+    assert outputs[:1] == (Notice('new run'),)
+    assert (view.tracker.run, view.world.grid, view.trail) == (8, grid('.G'), [0])
+
+
+def test_a_world_that_comes_back_with_another_run_is_followed(view):
+    view.receive('state', state(0, 1, episode=3))
+    view.receive('world', HERE._replace(run=9))
+    assert view.tracker.run == 7
+    for step in range(3):
+        view.tick()
+        view.receive('state', state(1, step, run=9) if step else state(0, 0, run=9))
+    view.tick()
+    assert view.tracker.run == 9 and view.reports.observation.step == 2
+
+
+def test_many_other_runs_neither_use_memory_nor_remove_the_one_that_is_followed(view):
+    view.receive('progress', progress(7, 1))
+    for run in range(100, 200):
+        view.receive('progress', progress(run, 1))
+    view.receive('world', HERE._replace(run=199, replaces=7))
+    assert view.reports.curve.iterations == (1,)
+    view.receive('world', HERE._replace(run=101, replaces=199))
+    assert view.reports.curve.iterations == ()  # it was one of too many
+
+
+def test_the_history_has_every_result_and_the_newest_advice():
+    reports = RunReports(history=True)
+    for number in (1, 2, 2):
+        reports.add('progress', progress(7, number, float(number)))
+        reports.add('episode', Episode(7, number, 9, 1.0, True, False))
+    reports.add('recommendation', Recommendation(7, 1, 0, 4, 2))
+    reports.add('recommendation', Recommendation(7, 1, 2, 4, 3))
+    reports.add('state', state(4, 2))
+    assert list(reports.progress_by_iteration) == list(reports.episodes) == [1, 2]
+    assert (reports.advice, reports.visited) == ({4: 3}, {4})
+
+
+@pytest.mark.parametrize('fields', [
+    {'mean_return': float('nan')}, {'temperature': -1.0}, {'confidence': 2.0}, {'episodes': 0},
+    {'finished': True}])
+def test_a_progress_that_cannot_be_right_is_passed_over(view, fields):
+    view.receive('progress', progress(7, 1)._replace(**fields))
+    assert view.reports.progress is None
+
+
+def test_a_curve_starts_again_with_a_learner_that_was_reset():
+    curve = LearningCurve()
+    for iteration in (1, 2, 3, 1):
+        curve = curve.extended(progress(7, iteration, float(iteration)))
+    assert curve == LearningCurve((1,), (1.0,))
+
+
+def test_a_long_curve_loses_every_second_point_but_never_the_newest():
+    curve = LearningCurve()
+    for iteration in range(1, 3 * MAX_POINTS):
+        curve = curve.extended(progress(7, iteration))
+        assert len(curve.iterations) <= MAX_POINTS and curve.iterations[-1] == iteration
