@@ -1,84 +1,125 @@
 # SPDX-License-Identifier: Apache-2.0
 """The page of results: tables against the published runs, and every figure with its verdict."""
 
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 import shutil
 
-from comply_ros.experiments.report_tables import tables_of
-from comply_ros.experiments.report_text import DIFFERENCES, INTRODUCTION
+from comply_ros.experiments.report_figures import Figure
+from comply_ros.experiments.report_tables import table_lines
 from comply_ros.storage.run_files import aside, OutputError
 
+INTRODUCTION = """# Results
 
-def write_page(path, numbers, figures, pictures):
+Written by `{command}`; the command computes its measured numbers and every "agrees". Published
+numbers are means of 5 runs a cell. Profile `{profile}`, {seeds} seeds a cell. {agree} of {all}
+figures agree with those of the report. Curves are means over the seeds, smoothed over a few
+iterations, with a band from the 10th to the 90th percentile; numbers behind "±" are half of a
+95 % interval (Student's t over the seeds). Trust maps and histograms show the learner with
+seed 0; maps and densities are definitions and not counted. The metrics:
+
+* **T**, time to convergence: in profile `published` the number of iterations at or below 4.9,
+  where the optimal policy has 5.84; in `report` the iteration after which the return stays above
+  99 % of the optimal one.
+* **ratio**: the return collected in the first T iterations, over the optimal policy's; the mean
+  over the seeds with a T above 0.
+* **regret**: the sum over the first 399 iterations of what is missing to the optimal return.
+
+"Optimal" is the exact return of the world's best policy. In profile `published`, T, ratio and
+regret are relative to 5.8386, the optimal return as those runs measured it. There the mentor
+"optimal" is the policy that those runs planned: for slips that can bump into obstacles, although
+no slip did in them.
+"""
+DIFFERENCES = """
+## Where the text and the published runs differ
+
+Both are available as profiles: `--profile report` does what the text says, `--profile published`
+what the runs behind its figures did.
+
+| point | `report` | `published` |
+|---|---|---|
+| obstacle reward in `maze` | -10 | -5 |
+| Beta belief (4.2) | the raw difference delta | its sign |
+| alpha and beta | unbounded, so the rate is 0.3: larger rates diverge | cut at 0 |
+| explicit compliance (3.12) | both values at every step | only the value of what was done |
+| p of vanishing compliance | the temperature falls from the start | only once p is below 0.5 |
+| learning rate (2.26) | a0 / c^0.55, every visit counts 1 | a0 / c^e, by method |
+| softmax | temperature to 0 | never below 0.03 |
+| first iteration | learns | only measures, and is not counted |
+| time to convergence | the return stays above 99 % | iterations at or below 4.9 |
+
+In both profiles, a learner with constant or vanishing compliance that does not follow a
+recommendation may still choose the same action itself (section 3.4.1); the others may not (3.7).
+"""
+
+
+def write_page(path: Path, numbers: dict, figures: Sequence[Figure], pictures: Path) -> None:
     """
-    Write the page to a Markdown file, aside, then rename it.
+    Write the page to a Markdown file, whole or not at all.
 
-    path: of the file; pictures that are elsewhere are copied into a folder beside it that has
-    the page's name. numbers: as in `results.json`. pictures: the folder of the drawn figures.
+    path: of the file. Pictures that are elsewhere are copied into a folder beside it that has the
+        page's name.
+    numbers: as in `results.json`.
+    pictures: folder of the plotted figures.
 
     Raises
     ------
     OutputError: if it cannot be written.
 
     """
-    path = Path(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        folder = _beside(path, figures, pictures)
+        if pictures.parent.resolve() != path.parent.resolve():
+            folder = path.with_suffix('')
+            folder.mkdir(exist_ok=True)
+            for figure in figures:
+                if figure.kind != 'table':
+                    shutil.copyfile(pictures / f'{figure.name}.png', folder / f'{figure.name}.png')
+            pictures = folder
         with aside(path) as part:
-            part.write_text('\n'.join(page_lines(numbers, figures, folder)) + '\n')
+            part.write_text('\n'.join(page_lines(numbers, figures, pictures.name)) + '\n')
     except OSError as error:
         raise OutputError(f'a page must be writable, got {str(path)!r} '
-                          f'({error.strerror.lower()})') from None
+                          f'({str(error.strerror).lower()})') from None
 
 
-def _beside(path, figures, pictures):
-    """Return the folder of the pictures, relative to the page."""
-    if pictures.parent.resolve() == path.parent.resolve():
-        return pictures.name
-    folder = path.with_suffix('')
-    folder.mkdir(exist_ok=True)
-    for figure in figures:
-        if figure.kind == 'table':
-            continue
-        shutil.copyfile(pictures / f'{figure.name}.png', folder / f'{figure.name}.png')
-    return folder.name
-
-
-def page_lines(numbers, figures, folder):
-    """Yield the lines of the page."""
-    verdicts = [each['agrees'] for each in numbers['figures'].values() if 'agrees' in each]
-    yield INTRODUCTION.format(**{key: numbers[key] for key in ('profile', 'seeds')},
-                              agree=sum(verdicts), all=len(verdicts), command=command(numbers))
-    yield from tables_of(numbers)
+def page_lines(numbers: dict, figures: Sequence[Figure], folder: str) -> Iterator[str]:
+    """Yield the lines of the page; folder: of the pictures, relative to the page."""
+    agree, count = count_verdicts(numbers)
+    yield INTRODUCTION.format(profile=numbers['profile'], seeds=numbers['seeds'], agree=agree,
+                              all=count, command=_command(numbers))
+    yield from table_lines(numbers)
     yield DIFFERENCES
     for title, of_report in (('The figures of the report', True), ('Beyond the report', False)):
         chosen = [each for each in figures
-                  if each.name[0].isdigit() == of_report and each.kind != 'table']
+                  if each.is_of_report() == of_report and each.kind != 'table']
         if chosen:
             yield f'\n## {title}\n'
         for figure in chosen:
-            yield from figure_lines(figure, numbers['figures'][figure.name], folder)
+            yield from _figure_lines(figure, numbers['figures'][figure.name], folder)
 
 
-def command(numbers):
+def count_verdicts(numbers: dict) -> tuple[int, int]:
+    """Return how many figures agree with the report, and how many could."""
+    verdicts = [each['agrees'] for each in numbers['figures'].values() if 'agrees' in each]
+    return sum(verdicts), len(verdicts)
+
+
+def _command(numbers: dict) -> str:
     """Return the command that writes this page again."""
-    words = ['scripts/run reproduce', f'--profile {numbers["profile"]}',
-             f'--seeds {numbers["seeds"]}']
-    if numbers['mentor_specs'][1].startswith('file:'):
-        words.append('--mentors DIR')
-    return ' '.join(words)
+    mentors = ' --mentors DIR' if numbers['mentor_specs'][1].startswith('file:') else ''
+    return (f'scripts/run reproduce --profile {numbers["profile"]} '
+            f'--seeds {numbers["seeds"]}{mentors}')
 
 
-def figure_lines(figure, told, folder):
-    """Yield the lines of one figure: picture, what the report's shows, whether ours agrees."""
-    name = f'Figure {figure.name}' if figure.name[0].isdigit() else figure.title
+def _figure_lines(figure: Figure, numbers: dict, folder: str) -> Iterator[str]:
+    """Yield the lines of one figure: picture, caption, and whether ours agrees."""
+    name = f'Figure {figure.name}' if figure.is_of_report() else figure.title
     yield f'\n### {name}\n\n![{figure.title}]({folder}/{figure.name}.png)\n'
-    if not figure.name[0].isdigit():
-        yield f'{figure.showed[0].upper()}{figure.showed[1:]}.'
-        return
-    if 'agrees' not in told:
-        yield f'The report: {figure.showed}. Ours is drawn from the same definition.'
-        return
-    yield (f'The report: {figure.showed}. '
-           f'{"Ours agrees" if told["agrees"] else "**Ours does not**"}: {told["evidence"]}.')
+    if not figure.is_of_report():
+        yield f'{figure.caption}.'
+    elif 'agrees' not in numbers:
+        yield f'The report: {figure.caption}. Ours is drawn from the same definition.'
+    else:
+        verdict = 'Ours agrees' if numbers['agrees'] else '**Ours does not**'
+        yield f'The report: {figure.caption}. {verdict}: {numbers["evidence"]}.'

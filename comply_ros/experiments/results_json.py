@@ -1,75 +1,55 @@
 # SPDX-License-Identifier: Apache-2.0
 """All numbers of a reproduction, as the table that `results.json` holds."""
 
+from collections.abc import Sequence
 from math import isnan
 
-from comply_ros.experiments import training_runs
+from numpy.typing import NDArray
+
 from comply_ros.experiments.figure_checks import verdict
+from comply_ros.experiments.report_figures import all_runs, Figure, Mentors
+from comply_ros.experiments.results import Results
 from comply_ros.experiments.seed_statistics import band, interval
-from comply_ros.experiments.training_runs import PUBLISHED_MAZES, Run
-
-MEASURES = ('time_to_convergence', 'reward_ratio', 'regret')
+from comply_ros.experiments.training_runs import mentor_return, reference_returns_of, Run
 
 
-def numbers_of(results, figures, mentors):
-    """
-    Table of the figures with their verdicts, and of the cells with curves and measures.
-
-    mentors: the `Mentors` that stand in it.
-    """
-    cells = {}
-    for figure in figures:
-        for run in figure.all_runs():
-            cells.setdefault(name_of(run), cell_numbers(results, run))
+def numbers_of(results: Results, figures: Sequence[Figure], mentors: Mentors) -> dict:
+    """Return the figures with their verdicts, and the cells with curves and measures, by name."""
+    cells = {run.cell_name(): _cell_numbers(results, run) for run in all_runs(figures)}
+    mazes = {}
+    for name in ('maze', 'maze_as_run'):
+        reference = reference_returns_of(Run(name, results.profile))
+        mazes[name] = {'optimal_return': reference.optimal_return,
+                       'random_return': reference.random_return}
     return {
-        'profile': results.profile, 'seeds': results.cells.seeds,
-        'mentor_specs': list(mentors),
-        'mazes': {name: maze_numbers(Run(name, results.profile)) for name in PUBLISHED_MAZES},
-        'figures': {figure.name: figure_numbers(results, figure) for figure in figures},
+        'profile': results.profile, 'seeds': results.cells.seeds, 'mentor_specs': list(mentors),
+        'mazes': mazes,
+        'figures': {figure.name: _figure_numbers(results, figure) for figure in figures},
         'cells': cells}
 
 
-def maze_numbers(run):
-    """Exact expected returns of the optimal and of the random policy."""
-    reference = training_runs.yardstick_of(run)
-    return {'optimal_return': reference.optimal_return, 'random_return': reference.random_return}
-
-
-def name_of(run):
-    """Name of a cell: what was run, without the seed."""
-    settings = [f'{name}={value}' for name, value in run.settings]
-    parts = [run.map, run.profile, run.method, *settings]
-    if run.mentor != 'none':
-        parts.append(f'mentor {run.mentor}')
-    if run.mentor_seed:
-        parts.append(f'mentor seed {run.mentor_seed}')
-    if run.budget:
-        parts.append(f'budget {run.budget} {run.advising}')
-    return ', '.join(parts)
-
-
-def figure_numbers(results, figure):
-    """Title, what the report's shows, the cells, and the verdict where there is one."""
-    table = {'title': figure.title, 'showed': figure.showed,
-             'cells': [name_of(run) for run in figure.all_runs()]}
-    judged = verdict(results, figure) if figure.name[0].isdigit() else None
-    if judged:
-        table.update(agrees=bool(judged.agrees), evidence=judged.evidence)
+def _figure_numbers(results: Results, figure: Figure) -> dict:
+    """Return title, caption, cells, and the verdict where there is one."""
+    table = {'title': figure.title, 'showed': figure.caption,
+             'cells': [run.cell_name() for run in figure.all_runs()]}
+    checked = verdict(results, figure) if figure.is_of_report() else None
+    if checked:
+        table.update(agrees=bool(checked.agrees), evidence=checked.evidence)
     return table
 
 
-def cell_numbers(results, run):
-    """Mean curve, its band, and the measures with their 95 % intervals."""
+def _cell_numbers(results: Results, run: Run) -> dict:
+    """Return the mean curve, its band, and the measures with their 95 % intervals."""
     counted = results.counted(run)
     low, high = band(counted)
-    table = {'mentor_return': training_runs.mentor_return(run), 'seeds': len(counted),
+    table = {'mentor_return': mentor_return(run), 'seeds': len(counted),
              'steps': int(results.cell(run).steps.sum()),
-             'mean': _short(counted.mean(axis=0)), 'low': _short(low), 'high': _short(high)}
-    for name in MEASURES:
+             'mean': _rounded(counted.mean(axis=0)), 'low': _rounded(low), 'high': _rounded(high)}
+    for name in ('time_to_convergence', 'reward_ratio', 'regret'):
         mean, least, most = interval(results.measured(run, name))
         table[name] = None if isnan(mean) else {'mean': mean, 'low': least, 'high': most}
     return table
 
 
-def _short(values):
+def _rounded(values: NDArray) -> list[float]:
     return [round(value, 4) for value in values.tolist()]
