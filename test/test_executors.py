@@ -33,7 +33,7 @@ def test_a_run_has_the_measures_of_its_training():
 def test_each_run_comes_back_with_its_number():
     runs = [(k, SHORT._replace(seed=k)) for k in range(20)]
     stop = Event()
-    with local_executor(measure, 2, stop) as executor:
+    with local_executor(measure, stop, 2) as executor:
         found = dict(completed(executor, runs, stop))
     assert found == {k: measure(run) for k, run in runs}
 
@@ -64,7 +64,7 @@ def test_a_stop_does_not_wait_for_a_run_to_end():
     def runs():
         yield 0, endless
         stop.set()
-    with pytest.raises(KeyboardInterrupt), local_executor(measure, 2, stop) as executor:
+    with pytest.raises(KeyboardInterrupt), local_executor(measure, stop, 2) as executor:
         list(completed(executor, runs(), stop))
 
 

@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tables of the page, from invented numbers."""
 
+from pathlib import Path
+
+from comply_ros.experiments import report_files, report_tables
 from comply_ros.experiments.report_figures import fitted_run, Mentors
 from comply_ros.experiments.report_tables import table_lines
 
@@ -45,3 +48,10 @@ def test_a_number_that_rounds_to_0_has_no_sign():
 def test_the_text_on_slips_has_the_computed_returns():
     text = ' '.join(table_lines(numbers())).replace('\n', ' ')
     assert 'at -69.1, has -69.07 with such slips' in text and '-71.57 where a slip' in text
+
+
+def test_the_stored_page_has_the_current_text():
+    page = (Path(__file__).parents[1] / 'docs' / 'results.md').read_text()
+    for text in (report_files.DIFFERENCES, report_tables.PUBLISHED_SETTINGS, report_tables.TEXT,
+                 report_tables.HEAD_START, report_files.INTRODUCTION.partition('The metrics:')[2]):
+        assert text in page

@@ -88,7 +88,7 @@ def test_runs_in_the_table_are_not_repeated(capsys, monkeypatch):
     before = Path('runs/a.csv').read_text()
     assert run(written(seeds=3)) == 0
     assert Path('runs/a.csv').read_text().startswith(before)
-    monkeypatch.setattr(sweep, 'completed', None)
+    monkeypatch.setattr('comply_ros.experiments.executors.completed', None)
     assert run(written(seeds=3)) == 0
     assert capsys.readouterr().err.endswith('runs/a.csv: 24 runs, 0 of them new\n')
 
@@ -235,7 +235,7 @@ def test_a_lost_cluster_is_one_sentence():
 
 @pytest.mark.parametrize('listens', [False, True])
 def test_a_scheduler_that_does_not_answer_is_one_sentence(capsys, monkeypatch, listens):
-    monkeypatch.setattr('comply_ros.experiments.dask_executor.CONNECT_TIMEOUT', 1)
+    monkeypatch.setattr('comply_ros.experiments.executors.CONNECT_TIMEOUT', 1)
     with socket.socket() as silent:
         silent.bind(('127.0.0.1', 0))
         if listens:

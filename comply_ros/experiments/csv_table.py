@@ -19,17 +19,10 @@ class TableError(ValueError):
 
 class CsvTable:
     """
-    The rows of a CSV file, to be used in a `with`.
+    The rows of a CSV file, which is made if it does not exist; to be used in a `with`.
 
-    The file is made if it does not exist. An incomplete last line, which a killed process may
-    leave, is cut off.
-
-    Raises
-    ------
-    OutputError: if it cannot be written.
-    TableError: if it is another table, or another process is writing it.
-    OSError: if there is no room for its first line.
-
+    An incomplete last line, which a killed process may leave, is cut off. Raises OutputError if
+    the file cannot be written, TableError if it is another table or another process writes it.
     """
 
     def __init__(self, path: str | Path, columns: Iterable[str]) -> None:
@@ -71,14 +64,7 @@ class CsvTable:
                     yield number, dict(zip(self.columns, row))
 
     def append(self, values: Mapping[str, object]) -> None:
-        """
-        Add a row to the file; None becomes an empty cell.
-
-        Raises
-        ------
-        OSError: if it cannot be written whole; then nothing of it is.
-
-        """
+        """Add a row to the file, whole or (OSError) not at all; None becomes an empty cell."""
         self._write([values[name] for name in self.columns])
 
     def _write(self, row: Iterable[object]) -> None:

@@ -1,32 +1,36 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs in parallel: on this machine's cores, or on a cluster by the same interface."""
+"""Jobs in parallel: on this machine's cores, or runs on a Dask cluster, by one interface."""
 
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from contextlib import contextmanager
+import logging
+import os
 from queue import Empty, SimpleQueue
 from typing import Any, NamedTuple
 
 from comply_ros.experiments import training_runs
 from comply_ros.experiments.training_runs import Run
 from comply_ros.terminal.interrupts import check, Stop
+from comply_ros.terminal.training_options import MISTAKES
 
 RESULT_COLUMNS = ('iterations', 'steps', 'time_to_convergence', 'reward_ratio', 'regret',
                   'final_return', 'mentor_return', 'optimal_return', 'digest')
 STOP_PERIOD = 0.1  # seconds between two checks of the stop while nothing completes
+CONNECT_TIMEOUT = 5.0  # seconds for a scheduler to answer
+
+
+class ClusterError(Exception):
+    """A cluster that does not answer or that was lost; the message names its address."""
 
 
 class Executor(NamedTuple):
     """
-    What runs jobs in parallel.
+    What runs jobs in parallel; label: for the progress bar.
 
-    Attributes
-    ----------
-    label: for the progress bar.
     submit: called with a job; returns its future.
     result: called with a future that is done; returns the job's result, None if it was stopped.
-    max_pending: jobs submitted and not yet completed; the others are not yet in memory.
-
+    max_pending: most jobs submitted and not yet completed; the others are not yet in memory.
     """
 
     label: str
@@ -47,16 +51,15 @@ def measure(run: Run, stop: Stop | None = None) -> dict[str, object] | None:
             'digest': result.digest}
 
 
-def completed(
-        executor: Executor, jobs: Iterable[tuple[Any, Any]], stop: Stop
-) -> Iterator[tuple[Any, Any]]:
+def completed(executor: Executor, jobs: Iterable[tuple[Any, Any]], stop: Stop
+              ) -> Iterator[tuple[Any, Any]]:
     """
     Submit each `(key, job)` and yield each `(key, result)`, in the order of completion.
 
     Raises
     ------
     KeyboardInterrupt: if `stop` is set; what has completed before is yielded first.
-    ClusterError: if the cluster is lost, or cannot do a job.
+    ClusterError: if the cluster was lost, or cannot do a job.
 
     """
     done: SimpleQueue = SimpleQueue()
@@ -80,7 +83,7 @@ def completed(
 
 
 def _wait(done: SimpleQueue, stop: Stop) -> Any:
-    """Return the next key of the queue; raise KeyboardInterrupt once it is empty and must stop."""
+    """Return the next key of the queue; raise KeyboardInterrupt if there is none and must stop."""
     while True:
         try:
             return done.get(timeout=0 if stop.is_set() else STOP_PERIOD)
@@ -89,9 +92,10 @@ def _wait(done: SimpleQueue, stop: Stop) -> Any:
 
 
 @contextmanager
-def local_executor(
-        function: Callable[[Any, Stop], Any], workers: int, stop: Stop) -> Iterator[Executor]:
-    """Give an `Executor` of threads that call `function(job, stop)`."""
+def local_executor(function: Callable[[Any, Stop], Any], stop: Stop, workers: int | None = None
+                   ) -> Iterator[Executor]:
+    """Give an `Executor` of threads, one a core by default, that call `function(job, stop)`."""
+    workers = workers or os.cpu_count() or 1
     with ThreadPoolExecutor(workers) as pool:
         try:
             yield Executor(f'{workers} at once', lambda job: pool.submit(function, job, stop),
@@ -100,3 +104,60 @@ def local_executor(
             stop.set()
             pool.shutdown(cancel_futures=True)
             raise
+
+
+@contextmanager
+def dask_executor(address: str) -> Iterator[Executor]:
+    """Give an `Executor` of a scheduler's workers; raise ClusterError if it does not answer."""
+    import asyncio
+    client = _connect(address)
+    loop = client.loop.asyncio_loop
+
+    def submit(run: Run) -> Future:
+        job = client.submit(measure, run, pure=False)
+        # Results of runs that end together come in one message.
+        return asyncio.run_coroutine_threadsafe(client.gather(job, asynchronous=True), loop)
+    try:
+        yield Executor('on the cluster', submit, lambda job: _result(job, address),
+                       max_pending=500)
+    finally:
+        client.close(timeout=CONNECT_TIMEOUT)
+
+
+def _result(job: Future, address: str) -> Any:
+    from distributed.comm import CommClosedError
+    try:
+        return job.result()
+    except MISTAKES:
+        raise
+    except (CancelledError, CommClosedError) as error:
+        raise ClusterError(f'the cluster at {address} was lost') from error
+    except Exception as error:
+        cause: BaseException = error
+        while cause.__cause__ is not None:
+            cause = cause.__cause__
+        reason = ' '.join(f'{type(cause).__name__}: {cause}'.split())
+        raise ClusterError(f'the cluster at {address} cannot do a run ({reason})') from error
+
+
+def _connect(address: str) -> Any:
+    """Return a Dask client."""
+    import asyncio
+    try:
+        from distributed import Client, rpc
+    except ImportError:
+        raise ClusterError("a scheduler needs the Python package 'distributed', which is missing: "
+                           'pip install distributed') from None
+    for name in ('distributed', 'distributed.client'):
+        logging.getLogger(name).setLevel(logging.CRITICAL)  # we log what matters, once
+
+    async def identify() -> None:  # `Client` alone waits for a silent scheduler forever
+        async with (asyncio.timeout(CONNECT_TIMEOUT),
+                    rpc(address, timeout=CONNECT_TIMEOUT) as scheduler):
+            await scheduler.identity()
+    try:
+        asyncio.run(identify())
+        return Client(address, timeout=CONNECT_TIMEOUT)
+    except Exception as error:
+        raise ClusterError(f'a Dask scheduler must answer within {CONNECT_TIMEOUT:.0f} s, and '
+                           f'none does at {address!r}') from error

@@ -40,7 +40,6 @@ DASHES = {'sarsa': '--', 'q_learning': '--', 'sarsa_lambda': '--', 'watkins': '-
           'pi_reuse': '-.', 'policy_shaping': '-.', 'jump_start': '-.'}
 AXIS_LABELS = {'time_to_convergence': 'time to convergence', 'reward_ratio': 'reward ratio',
                'regrets': 'regret'}
-MOST_SWEEPS = 300
 
 Plot = matplotlib.figure.Figure
 
@@ -99,7 +98,7 @@ def plot_advice(figure: Figure, results: Results) -> Plot:
 def plot_sweeps(figure: Figure, results: Results) -> Plot:
     """Plot the largest change of a value in each sweep (2.14), and where (2.23) stops."""
     sweeps = value_iteration(results.world(figure.map))
-    changes = [change for _, (_, change) in zip(range(MOST_SWEEPS), sweeps)]
+    changes = [change for _, (_, change) in zip(range(300), sweeps)]
     stop = sweeps_until(STOP_SHARE, changes)
     plot, axes = new_plot(figure.title, 'sweep over all states', 'largest change of a value')
     axes.semilogy(range(1, stop + 11), changes[:stop + 10], color=BLUE, linewidth=2.2)

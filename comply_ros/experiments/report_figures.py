@@ -34,17 +34,12 @@ class Figure(NamedTuple):
     """
     One figure.
 
-    Attributes
-    ----------
     name: as in the report, `4.15`; a word where the report has no such figure.
-    title: above the picture.
     caption: what the report's figure shows; for a figure of ours, what it is about.
     kind: a key of `PLOTS`, or `table` for runs that only the tables of the page need.
     runs: `{label: Run}`, one for each line. In a plot of a metric the label is a pair of the line
         and the tick on the x axis; the tick is None for a learner without a mentor.
-    map: the map that it is about.
     axis: label of the x axis of a metric.
-
     """
 
     name: str
@@ -95,26 +90,22 @@ def maze_of(profile: str) -> str:
     return 'maze_as_run' if profile == 'published' else 'maze'
 
 
-def run_alone(
-        method: str, profile: str, iterations: int = 400, maze: str | None = None) -> Run:
-    """Return the run of a learner without a mentor, as the report's figures show it."""
-    settings = {**_fitted_settings(method, profile), 'iterations': iterations}
-    return Run(maze or maze_of(profile), profile, method, tuple(settings.items()))
-
-
 def run_with_mentor(
         method: str, profile: str, mentor: str, maze: str | None = None, **settings) -> Run:
     """Return the run of a method in the maze with these settings changed."""
     return Run(maze or maze_of(profile), profile, method, tuple(settings.items()), mentor)
 
 
-def fitted_run(method: str, profile: str, mentor: str, maze: str | None = None) -> Run:
-    """Return the run of a learner with a mentor, as the report's figures show it."""
-    return run_with_mentor(method, profile, mentor, maze, **_fitted_settings(method, profile))
+def fitted_run(method: str, profile: str, mentor: str, maze: str | None = None, **settings) -> Run:
+    """Return the run of a learner as the report's figures show it."""
+    fitted = FITTED_SETTINGS.get(method, {}) if profile == 'published' else {}
+    return run_with_mentor(method, profile, mentor, maze, **fitted, **settings)
 
 
-def _fitted_settings(method: str, profile: str) -> dict[str, float]:
-    return FITTED_SETTINGS.get(method, {}) if profile == 'published' else {}
+def run_alone(
+        method: str, profile: str, iterations: int = 400, maze: str | None = None) -> Run:
+    """Return the run of a learner without a mentor as the report's figures show it."""
+    return fitted_run(method, profile, 'none', maze, iterations=iterations)
 
 
 def _chapter_2(profile: str) -> Iterator[Figure]:

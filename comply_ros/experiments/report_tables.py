@@ -3,6 +3,7 @@
 
 from collections.abc import Iterator
 
+from comply_ros.experiments import published_results
 from comply_ros.experiments.extra_figures import (
     extra_figures,
     ITERATIONS_ALONE,
@@ -10,14 +11,7 @@ from comply_ros.experiments.extra_figures import (
     VARIANT_MENTORS,
     VARIANTS,
 )
-from comply_ros.experiments.published_results import (
-    FITTED_SETTINGS,
-    LOWEST_REGRET,
-    Published,
-    RANDOM_RETURN,
-    WITH_MENTOR,
-    WITHOUT_MENTOR,
-)
+from comply_ros.experiments.published_results import LOWEST_REGRET, Published, WITHOUT_MENTOR
 from comply_ros.experiments.report_figures import Mentors, report_figures
 from comply_ros.numerics.summation import mean_in_order
 
@@ -81,7 +75,8 @@ def _with_mentor(numbers: dict, cells: dict[str, dict]) -> Iterator[str]:
     yield from _head('method', 'mentor', 'published', 'ours', 'off by (T, regret)',
                      'ours, slips that can bump')
     for (method, mentor), cell in cells['4.15'].items():
-        yield _line(method, mentor, *_against(WITH_MENTOR[method].get(mentor), cell),
+        published = published_results.WITH_MENTOR[method].get(mentor)
+        yield _line(method, mentor, *_against(published, cell),
                     _measures(cells['both_mazes'][method, mentor]))
     yield ('\nWith good mentors T is only a few iterations just below the threshold, so a '
            'difference of a few is a large share; there regret says more. The mentor of ~74 % is '
@@ -91,14 +86,15 @@ def _with_mentor(numbers: dict, cells: dict[str, dict]) -> Iterator[str]:
     if 'mazes' in numbers:
         bumps, as_run = (numbers['mazes'][name]['random_return']
                          for name in ('maze', 'maze_as_run'))
-        yield SLIPS.format(measured=RANDOM_RETURN, as_run=as_run, bumps=bumps)
+        yield SLIPS.format(measured=published_results.RANDOM_RETURN, as_run=as_run, bumps=bumps)
     yield PUBLISHED_SETTINGS
-    for method, settings in FITTED_SETTINGS.items():
+    for method, settings in published_results.FITTED_SETTINGS.items():
         yield f'* `{method}`: ' + ', '.join(f'{name} {value}' for name, value in settings.items())
     yield '\nWith the published settings:\n'
     yield from _head('method', 'mentor', 'published', 'ours', 'off by (T, regret)')
     for (method, mentor), cell in cells['rows'].items():
-        published = WITH_MENTOR[method].get(mentor) if mentor else WITHOUT_MENTOR[method]
+        published = (published_results.WITH_MENTOR[method].get(mentor) if mentor
+                     else WITHOUT_MENTOR[method])
         yield _line(method, mentor or '-', *_against(published, cell))
 
 
@@ -128,19 +124,20 @@ def _comparison(numbers: dict, cells: dict[str, dict]) -> Iterator[str]:
     alone = compared.pop((f'{OURS}, alone', None))
     for method in dict.fromkeys(method for method, _ in compared):
         yield _line(f'**{method}**' if method == OURS else method,
-                    *(_regret(compared[method, mentor]) for mentor in LOWEST_REGRET))
+                    *(_measure(compared[method, mentor], 'regret') for mentor in LOWEST_REGRET))
     ours = [compared[OURS, mentor] for mentor in LOWEST_REGRET]
     yield _line(f'{OURS}, mean return of the last 50', *(
         '-' if cell is None else f'{mean_in_order(cell["mean"][-50:]):.2f}' for cell in ours))
-    yield f'\nWithout a mentor `{OURS}` has a regret of {_regret(alone)}. {HEAD_START}'
+    yield f'\nWithout a mentor `{OURS}` has a regret of {_measure(alone, "regret")}. {HEAD_START}'
 
 
 def _variants(numbers: dict, cells: dict[str, dict]) -> Iterator[str]:
     yield '\n## What was tried, and what each part is worth: regret\n'
     yield from _head('variant', 'of', *VARIANT_MENTORS)
-    tried = {**cells['regret'], **cells['tried']}
-    for name, method in {OURS: OURS, **{name: of for name, (of, _) in VARIANTS.items()}}.items():
-        yield _line(name, method, *(_regret(tried[name, mentor]) for mentor in VARIANT_MENTORS))
+    tried = {**cells['regret'], **cells['tried']}  # our method, unchanged, is in the first
+    for name, (method, _) in {OURS: (OURS, {}), **VARIANTS}.items():
+        yield _line(name, method, *(_measure(tried[name, mentor], 'regret')
+                                    for mentor in VARIANT_MENTORS))
 
 
 def _head(*names: str) -> Iterator[str]:
@@ -166,16 +163,13 @@ def _against(published: Published | None, cell: dict | None) -> tuple[str, str, 
 def _measures(cell: dict | None) -> str:
     if cell is None:
         return '-'
-    return ' / '.join(_with_half(cell[name], digits) for name, digits in (
-        ('time_to_convergence', 0), ('reward_ratio', 2), ('regret', 0)))
+    return ' / '.join((_measure(cell, 'time_to_convergence'), _measure(cell, 'reward_ratio', 2),
+                       _measure(cell, 'regret')))
 
 
-def _regret(cell: dict | None) -> str:
-    return '-' if cell is None else _with_half(cell['regret'], 0)
-
-
-def _with_half(value: dict | None, digits: int) -> str:
-    """Return a mean and half the width of its interval."""
+def _measure(cell: dict | None, name: str, digits: int = 0) -> str:
+    """Return the mean of a measure and half the width of its interval."""
+    value = cell and cell[name]
     if value is None:
         return '-'
     half = (value['high'] - value['low']) / 2

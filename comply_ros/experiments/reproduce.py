@@ -5,7 +5,6 @@ import argparse
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 import fcntl
-import os
 from pathlib import Path
 
 from comply_ros.experiments import training_runs
@@ -13,10 +12,9 @@ from comply_ros.experiments.executors import completed, local_executor
 from comply_ros.experiments.extra_figures import extra_figures
 from comply_ros.experiments.figure_plots import PLOTS
 from comply_ros.experiments.report_figures import all_runs, Figure, Mentors, report_figures
-from comply_ros.experiments.report_markdown import count_verdicts, write_page
+from comply_ros.experiments.report_files import count_verdicts, numbers_of, write_page
 from comply_ros.experiments.result_cache import ResultCache
 from comply_ros.experiments.results import Results
-from comply_ros.experiments.results_json import numbers_of
 from comply_ros.experiments.training_runs import Run, RunResult
 from comply_ros.learner.presets import METHODS
 from comply_ros.mentor.policy_text import format_policy
@@ -159,7 +157,7 @@ def _compute(missing: Sequence[Run], watched: set[Run], cache: ResultCache, stop
         return training_runs.learn(run._replace(seed=seed), stop, run in watched)
     jobs = ((run, seed) for run in missing for seed in range(cache.seeds))
     try:
-        with progress_bar() as bar, local_executor(learn, os.cpu_count() or 1, stop) as executor:
+        with progress_bar() as bar, local_executor(learn, stop) as executor:
             task = bar.add_task('learning', total=len(missing) * cache.seeds, now='')
             for (run, seed), result in completed(executor, ((job, job) for job in jobs), stop):
                 results[run][seed] = result

@@ -19,15 +19,10 @@ from comply_ros.storage.run_files import aside
 
 class CellData(NamedTuple):
     """
-    Results of one run with the seeds 0, 1, ...
+    Results of one run with the seeds 0, 1, ..., as in `RunResult`.
 
-    Attributes
-    ----------
-    returns: `returns[seed, iteration]`, mean of an episode.
-    changes: `changes[seed, iteration]`, largest change of an action value; empty if not watched.
-    steps: `steps[seed]`, actions taken.
-    confidence, visited, q: of the learner with seed 0, by state.
-
+    returns, changes: `returns[seed, iteration]`. steps: `steps[seed]`. confidence, visited, q: of
+    the learner with seed 0.
     """
 
     returns: NDArray[np.float64]
@@ -42,11 +37,7 @@ class ResultCache:
     """
     A folder of cells, each a file named by what was run and by the sources of core.
 
-    Parameters
-    ----------
-    folder: where the files are.
     seeds: how many seeds a cell must have.
-
     """
 
     def __init__(self, folder: str | Path, seeds: int) -> None:

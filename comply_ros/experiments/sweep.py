@@ -4,19 +4,12 @@
 import argparse
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
-import os
 from pathlib import Path
 import sys
 
+from comply_ros.experiments import executors
 from comply_ros.experiments.csv_table import CsvTable, TableError
-from comply_ros.experiments.dask_executor import ClusterError, dask_executor
-from comply_ros.experiments.executors import (
-    completed,
-    Executor,
-    local_executor,
-    measure,
-    RESULT_COLUMNS,
-)
+from comply_ros.experiments.executors import ClusterError, Executor
 from comply_ros.experiments.sweep_grid import Sweep
 from comply_ros.experiments.sweep_yaml import read_sweep, SweepFileError
 from comply_ros.learner.learner_config import ConfigError
@@ -56,7 +49,7 @@ def run(options: argparse.Namespace) -> int:
     """Learn the runs that the table lacks; return the exit code."""
     sweep = read_sweep(options.file)
     path = Path(options.out or Path('runs') / f'{Path(options.file).stem}.csv')
-    columns = [*sweep.axes, *(name for name in RESULT_COLUMNS if name not in sweep.axes)]
+    columns = [*sweep.axes, *(name for name in executors.RESULT_COLUMNS if name not in sweep.axes)]
     with interrupts() as stop:
         executor = _executor(options, stop)
         with CsvTable(path, columns) as table:
@@ -81,11 +74,10 @@ def _executor(options: argparse.Namespace, stop: Stop) -> AbstractContextManager
         if options.workers is not None:
             raise ConfigError('--workers is for this machine, but a cluster has its own workers: '
                               'leave out --workers or --scheduler')
-        return dask_executor(options.scheduler)
-    workers = (os.cpu_count() or 1) if options.workers is None else options.workers
-    if workers < 1:
-        raise ConfigError(f'workers must be at least 1, got {workers}')
-    return local_executor(measure, workers, stop)
+        return executors.dask_executor(options.scheduler)
+    if options.workers is not None and options.workers < 1:
+        raise ConfigError(f'workers must be at least 1, got {options.workers}')
+    return executors.local_executor(executors.measure, stop, options.workers)
 
 
 def finished_runs(sweep: Sweep, table: CsvTable) -> set[int]:
@@ -106,7 +98,7 @@ def _fill(table: CsvTable, sweep: Sweep, done: set[int], executor: Executor, sto
     missing = ((k, sweep.run(k)) for k in range(len(sweep)) if k not in done)
     with progress_bar() as bar:
         task = bar.add_task('sweep', total=len(sweep), completed=len(done), now=executor.label)
-        for number, measured in completed(executor, missing, stop):
+        for number, measured in executors.completed(executor, missing, stop):
             table.append({**sweep.values_of(number), **measured})
             done.add(number)
             bar.update(task, advance=1)

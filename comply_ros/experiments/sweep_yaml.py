@@ -9,13 +9,9 @@ from pathlib import Path
 
 import yaml
 
+from comply_ros.experiments import training_runs
 from comply_ros.experiments.sweep_grid import Sweep
-from comply_ros.experiments.training_runs import (
-    config_of,
-    reference_returns_of,
-    Run,
-    setting_value,
-)
+from comply_ros.experiments.training_runs import config_of, Run
 from comply_ros.experiments.yaml_lines import (
     compose,
     fail,
@@ -44,14 +40,7 @@ MAX_RUNS = 1_000_000
 
 
 def read_sweep(path: str | Path) -> Sweep:
-    """
-    Return the sweep of a file; every value in it is valid, but mentors are not generated.
-
-    Raises
-    ------
-    SweepFileError: naming the file, the line, the rule that is broken and the value.
-
-    """
+    """Return the sweep of a file; a SweepFileError names file, line, rule and value."""
     try:
         return parse_sweep(read_text(path))
     except UnreadableError as error:
@@ -62,7 +51,11 @@ def read_sweep(path: str | Path) -> Sweep:
 
 
 def parse_sweep(text: str) -> Sweep:
-    """Return the sweep of a file's YAML text; a SweepFileError names line, rule and value."""
+    """
+    Return the sweep of a file's YAML text; a SweepFileError names line, rule and value.
+
+    Every value is checked, but mentors are not generated.
+    """
     nodes = _nodes(text)
     axes: dict[str, list[LinedValue]] = {}
     for key, (field, kind) in AXES.items():
@@ -122,7 +115,7 @@ def _settings(node: yaml.Node | None) -> dict[str, list[LinedValue]]:
         items = []
         for value, line in read_values(name, values):
             with _at_line(line):
-                items.append(LinedValue(setting_value(name, value), line))
+                items.append(LinedValue(training_runs.setting_value(name, value), line))
         settings[name] = _without_repeats(name, items)
     return settings
 
@@ -154,7 +147,7 @@ def _check_values(axes: dict[str, list[LinedValue]]) -> None:
     worlds = []
     for name, line in axes['map']:
         with _at_line(line):
-            worlds += [reference_returns_of(Run(map=name, profile=profile)).world
+            worlds += [training_runs.reference_returns_of(Run(map=name, profile=profile)).world
                        for profile, _ in axes['profile']]
     for mentor, line in axes['mentor']:
         with _at_line(line):

@@ -2,7 +2,6 @@
 """`train`: the same training in one process, for one seed or for many in parallel."""
 
 from collections.abc import Callable, Sequence
-import os
 import time
 
 import numpy as np
@@ -50,7 +49,7 @@ def run(options: TrainingOptions) -> int:
             def train(seed: int, stop: Stop) -> dict | None:
                 return train_seed(options, world, advice, seed, show, stop)
             seeds = range(options.seed, options.seed + count)
-            with local_executor(train, os.cpu_count() or 1, stop) as executor:
+            with local_executor(train, stop) as executor:
                 results = dict(completed(executor, zip(seeds, seeds), stop))
         end_session(options, reference, advice, [results[seed] for seed in seeds], plot)
     return 0

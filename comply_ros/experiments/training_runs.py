@@ -61,13 +61,9 @@ class RunResult(NamedTuple):
     """
     What a run returned and learned.
 
-    Attributes
-    ----------
-    returns: mean return of each iteration.
-    changes: largest change of an action value in each iteration; [] if it was not watched.
-    confidence: `p[s]` at the end. visited: `visited[s]`. q: `q[s, a]`.
-    steps: actions taken. digest: of the learner's arrays.
-
+    returns, changes: of each iteration, the mean return and the largest change of an action value
+        ([] if it was not watched). steps: actions taken. digest: of the learner's arrays.
+    confidence, visited, q: `p[s]`, `visited[s]` and `q[s, a]` at the end.
     """
 
     returns: list[float]
@@ -102,14 +98,7 @@ def config_of(run: Run) -> LearnerConfig:
 
 
 def validate_run(run: Run) -> None:
-    """
-    Return if a run is possible; its mentor is not generated for that.
-
-    Raises
-    ------
-    ValueError: naming the thing, the rule and the value.
-
-    """
+    """Return if a run is valid, without generating its mentor; raise a ValueError otherwise."""
     config_of(run)
     world = reference_returns_of(run).world
     spec = read_mentor_spec(run.mentor)

@@ -1,12 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The page of results: tables against the published runs, and every figure with its verdict."""
+"""The files of a reproduction: `results.json` with all numbers, and the page of results."""
 
 from collections.abc import Iterator, Sequence
+from math import isnan
 from pathlib import Path
 import shutil
 
-from comply_ros.experiments.report_figures import Figure
+from comply_ros.experiments.figure_checks import verdict
+from comply_ros.experiments.report_figures import all_runs, Figure, Mentors
 from comply_ros.experiments.report_tables import table_lines
+from comply_ros.experiments.results import Results
+from comply_ros.experiments.seed_statistics import band, interval
+from comply_ros.experiments.training_runs import mentor_return, reference_returns_of, Run
 from comply_ros.storage.run_files import aside, OutputError
 
 INTRODUCTION = """# Results
@@ -53,19 +58,51 @@ recommendation may still choose the same action itself (section 3.4.1); the othe
 """
 
 
+def numbers_of(results: Results, figures: Sequence[Figure], mentors: Mentors) -> dict:
+    """Return the figures with their verdicts, and the cells with curves and measures, by name."""
+    cells = {run.cell_name(): _cell_numbers(results, run) for run in all_runs(figures)}
+    mazes = {}
+    for name in ('maze', 'maze_as_run'):
+        reference = reference_returns_of(Run(name, results.profile))
+        mazes[name] = {'optimal_return': reference.optimal_return,
+                       'random_return': reference.random_return}
+    return {
+        'profile': results.profile, 'seeds': results.cells.seeds, 'mentor_specs': list(mentors),
+        'mazes': mazes,
+        'figures': {figure.name: _figure_numbers(results, figure) for figure in figures},
+        'cells': cells}
+
+
+def _figure_numbers(results: Results, figure: Figure) -> dict:
+    """Return title, caption, cells, and the verdict where there is one."""
+    table = {'title': figure.title, 'showed': figure.caption,
+             'cells': [run.cell_name() for run in figure.all_runs()]}
+    checked = verdict(results, figure) if figure.is_of_report() else None
+    if checked:
+        table.update(agrees=bool(checked.agrees), evidence=checked.evidence)
+    return table
+
+
+def _cell_numbers(results: Results, run: Run) -> dict:
+    """Return the mean curve, its band, and the measures with their 95 % intervals."""
+    counted = results.counted(run)
+    low, high = band(counted)
+    table = {'mentor_return': mentor_return(run), 'seeds': len(counted),
+             'steps': int(results.cell(run).steps.sum()),
+             **{name: [round(value, 4) for value in curve.tolist()] for name, curve in (
+                 ('mean', counted.mean(axis=0)), ('low', low), ('high', high))}}
+    for name in ('time_to_convergence', 'reward_ratio', 'regret'):
+        mean, least, most = interval(results.measured(run, name))
+        table[name] = None if isnan(mean) else {'mean': mean, 'low': least, 'high': most}
+    return table
+
+
 def write_page(path: Path, numbers: dict, figures: Sequence[Figure], pictures: Path) -> None:
     """
-    Write the page to a Markdown file, whole or not at all.
+    Write the page to a Markdown file, whole or not at all; raise OutputError if that fails.
 
-    path: of the file. Pictures that are elsewhere are copied into a folder beside it that has the
-        page's name.
-    numbers: as in `results.json`.
-    pictures: folder of the plotted figures.
-
-    Raises
-    ------
-    OutputError: if it cannot be written.
-
+    path: of the file. numbers: as in `results.json`. pictures: folder of the plotted figures; one
+    that is elsewhere is copied to a folder beside the page that has the page's name.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -86,8 +123,12 @@ def write_page(path: Path, numbers: dict, figures: Sequence[Figure], pictures: P
 def page_lines(numbers: dict, figures: Sequence[Figure], folder: str) -> Iterator[str]:
     """Yield the lines of the page; folder: of the pictures, relative to the page."""
     agree, count = count_verdicts(numbers)
-    yield INTRODUCTION.format(profile=numbers['profile'], seeds=numbers['seeds'], agree=agree,
-                              all=count, command=_command(numbers))
+    profile, seeds = numbers['profile'], numbers['seeds']
+    command = f'scripts/run reproduce --profile {profile} --seeds {seeds}'
+    if numbers['mentor_specs'][1].startswith('file:'):
+        command += ' --mentors DIR'
+    yield INTRODUCTION.format(profile=profile, seeds=seeds, agree=agree, all=count,
+                              command=command)
     yield from table_lines(numbers)
     yield DIFFERENCES
     for title, of_report in (('The figures of the report', True), ('Beyond the report', False)):
@@ -105,13 +146,6 @@ def count_verdicts(numbers: dict) -> tuple[int, int]:
     return sum(verdicts), len(verdicts)
 
 
-def _command(numbers: dict) -> str:
-    """Return the command that writes this page again."""
-    mentors = ' --mentors DIR' if numbers['mentor_specs'][1].startswith('file:') else ''
-    return (f'scripts/run reproduce --profile {numbers["profile"]} '
-            f'--seeds {numbers["seeds"]}{mentors}')
-
-
 def _figure_lines(figure: Figure, numbers: dict, folder: str) -> Iterator[str]:
     """Yield the lines of one figure: picture, caption, and whether ours agrees."""
     name = f'Figure {figure.name}' if figure.is_of_report() else figure.title
@@ -121,5 +155,5 @@ def _figure_lines(figure: Figure, numbers: dict, folder: str) -> Iterator[str]:
     elif 'agrees' not in numbers:
         yield f'The report: {figure.caption}. Ours is drawn from the same definition.'
     else:
-        verdict = 'Ours agrees' if numbers['agrees'] else '**Ours does not**'
-        yield f'The report: {figure.caption}. {verdict}: {numbers["evidence"]}.'
+        ours = 'Ours agrees' if numbers['agrees'] else '**Ours does not**'
+        yield f'The report: {figure.caption}. {ours}: {numbers["evidence"]}.'
