@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A table that grows row by row: whole at every moment, and nobody else's is touched."""
+"""A table that grows row by row: it has only whole rows, and other files stay unchanged."""
 
 import errno
 
 import pytest
 
-from comply_ros.experiments.csv_table import Table, TableError
+from comply_ros.experiments.csv_table import CsvTable, TableError
 from comply_ros.storage.run_files import OutputError
 
 COLUMNS = ('method', 'seed', 'regret')
@@ -13,7 +13,7 @@ COLUMNS = ('method', 'seed', 'regret')
 
 def filled(path, *rows):
     """Append rows to a table and return what is in the file."""
-    with Table(path, COLUMNS) as table:
+    with CsvTable(path, COLUMNS) as table:
         for row in rows:
             table.append(dict(zip(COLUMNS, row)))
     return path.read_text()
@@ -21,7 +21,7 @@ def filled(path, *rows):
 
 def test_rows_are_in_the_file_at_once(tmp_path):
     path = tmp_path / 'new' / 'runs.csv'
-    with Table(path, COLUMNS) as table:
+    with CsvTable(path, COLUMNS) as table:
         assert path.read_text() == 'method,seed,regret\n'
         table.append({'regret': 0.1, 'method': 'a,b', 'seed': 1})
         table.append({'method': 'c', 'seed': 2, 'regret': None})
@@ -30,14 +30,14 @@ def test_rows_are_in_the_file_at_once(tmp_path):
                                       (3, {'method': 'c', 'seed': '2', 'regret': ''})]
 
 
-def test_a_table_goes_on_where_it_was(tmp_path):
+def test_a_table_is_continued(tmp_path):
     path = tmp_path / 'runs.csv'
     filled(path, ('a', 1, 0.5))
     assert filled(path, ('b', 2, 0.25)) == 'method,seed,regret\na,1,0.5\nb,2,0.25\n'
 
 
 @pytest.mark.parametrize('cut', range(1, len('b,2,0.25\n')))
-def test_a_line_without_its_end_is_dropped(tmp_path, cut):
+def test_an_incomplete_last_line_is_cut_off(tmp_path, cut):
     path = tmp_path / 'runs.csv'
     whole = filled(path, ('a', 1, 0.5), ('b', 2, 0.25))
     path.write_text(whole[:-cut])
@@ -45,13 +45,13 @@ def test_a_line_without_its_end_is_dropped(tmp_path, cut):
 
 
 @pytest.mark.parametrize('begun', ['', 'm', 'method,seed,regret'])
-def test_a_first_line_without_its_end_is_written_again(tmp_path, begun):
+def test_an_incomplete_header_is_written_again(tmp_path, begun):
     (tmp_path / 'runs.csv').write_text(begun)
     assert filled(tmp_path / 'runs.csv') == 'method,seed,regret\n'
 
 
 @pytest.mark.parametrize('content', ['name,seed\nx,1', 'a letter to somebody', 'a\nb\nc'])
-def test_another_file_is_refused_and_stays_as_it_is(tmp_path, content):
+def test_another_file_is_an_error_and_stays_unchanged(tmp_path, content):
     path = tmp_path / 'runs.csv'
     path.write_text(content)
     with pytest.raises(TableError) as caught:
@@ -61,18 +61,18 @@ def test_another_file_is_refused_and_stays_as_it_is(tmp_path, content):
     assert path.read_text() == content
 
 
-def test_a_row_of_another_width_is_refused(tmp_path):
+def test_a_row_of_another_width_is_an_error(tmp_path):
     path = tmp_path / 'runs.csv'
     path.write_text('method,seed,regret\na,1,0.5\nb,2\n')
-    with Table(path, COLUMNS) as table, pytest.raises(TableError) as caught:
+    with CsvTable(path, COLUMNS) as table, pytest.raises(TableError) as caught:
         list(table.rows())
     assert str(caught.value) == f'{path}, line 3: a row must have 3 values, got 2'
 
 
 def test_a_table_has_one_writer(tmp_path):
     path = tmp_path / 'runs.csv'
-    with Table(path, COLUMNS), pytest.raises(TableError, match='must have one writer'):
-        Table(path, COLUMNS)
+    with CsvTable(path, COLUMNS), pytest.raises(TableError, match='must have one writer'):
+        CsvTable(path, COLUMNS)
     filled(path)
 
 
@@ -80,22 +80,22 @@ def test_a_table_has_one_writer(tmp_path):
     ('runs.parquet', 'a table must be a file that ends in .csv, got '),
     ('file/runs.csv', 'an output folder must be writable, got '),
     ('folder.csv', 'a table must be writable, got ')])
-def test_what_cannot_be_a_table_is_refused(tmp_path, name, rule):
+def test_a_path_that_cannot_be_a_table_is_an_error(tmp_path, name, rule):
     (tmp_path / 'file').write_text('')
     (tmp_path / 'folder.csv').mkdir()
     with pytest.raises(OutputError, match=rule):
-        Table(tmp_path / name, COLUMNS)
+        CsvTable(tmp_path / name, COLUMNS)
 
 
-def test_a_full_disk_is_named(tmp_path):
+def test_an_error_of_a_full_disk_names_the_file(tmp_path):
     path = tmp_path / 'runs.csv'
     path.symlink_to('/dev/full')
     with pytest.raises(OSError) as caught:
-        Table(path, COLUMNS)
+        CsvTable(path, COLUMNS)
     assert (caught.value.errno, caught.value.filename) == (errno.ENOSPC, str(path))
 
 
-def test_a_long_table_is_read_from_behind(tmp_path):
+def test_the_end_of_a_long_table_is_found(tmp_path):
     path = tmp_path / 'runs.csv'
     text = filled(path, *(('a', k, 0.5) for k in range(3000)))
     path.write_text(text + 'x' * 20_000)

@@ -1,21 +1,27 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where runs are learned: not more at once than is said, and until somebody wants to stop."""
+"""Runs in parallel: not more at once than allowed, and until a stop."""
 
 from concurrent.futures import Future
 from threading import Event
 
 import pytest
 
-from comply_ros.experiments.executors import Engine, measure, MEASURES, outcomes, this_machine
+from comply_ros.experiments.executors import (
+    completed,
+    Executor,
+    local_executor,
+    measure,
+    RESULT_COLUMNS,
+)
 from comply_ros.experiments.training_runs import learn, measures, Run
 
 SHORT = Run('bar_grid', method='sarsa', mentor='optimal',
             settings=(('iterations', 3), ('episodes', 4)))
 
 
-def test_a_run_is_measured_as_it_was_learned():
+def test_a_run_has_the_measures_of_its_training():
     learned, measured = learn(SHORT), measure(SHORT)
-    assert tuple(measured) == MEASURES
+    assert tuple(measured) == RESULT_COLUMNS
     assert measured['digest'] == learned.digest
     assert (measured['iterations'], measured['steps']) == (3, learned.steps)
     assert measured['final_return'] == learned.returns[-1]
@@ -27,52 +33,53 @@ def test_a_run_is_measured_as_it_was_learned():
 def test_each_run_comes_back_with_its_number():
     runs = [(k, SHORT._replace(seed=k)) for k in range(20)]
     stop = Event()
-    with this_machine(2, stop) as engine:
-        found = dict(outcomes(engine, runs, stop))
+    with local_executor(measure, stop, 2) as executor:
+        found = dict(completed(executor, runs, stop))
     assert found == {k: measure(run) for k, run in runs}
 
 
-def test_runs_are_asked_for_one_by_one():
-    asked = []
+def test_runs_are_taken_one_by_one():
+    taken = []
 
     def runs():
         for number in range(100):
-            asked.append(number)
+            taken.append(number)
             yield number, number
 
     def submit(number):
         job = Future()
         job.set_result(number)
         return job
-    engine = Engine('', submit, Future.result, ahead=5)
-    for ended, outcome in enumerate(outcomes(engine, runs(), Event()), 1):
-        assert outcome[0] == outcome[1]
-        assert len(asked) <= ended + 4
-    assert ended == 100
+    executor = Executor('', submit, Future.result, max_pending=5)
+    for count, (key, result) in enumerate(completed(executor, runs(), Event()), 1):
+        assert key == result
+        assert len(taken) <= count + 4
+    assert count == 100
 
 
-def test_who_wants_to_stop_need_not_wait_for_a_run():
+def test_a_stop_does_not_wait_for_a_run_to_end():
     stop = Event()
     endless = SHORT._replace(settings=(('iterations', 1_000_000_000),))
 
     def runs():
         yield 0, endless
         stop.set()
-    with pytest.raises(KeyboardInterrupt), this_machine(2, stop) as engine:
-        list(outcomes(engine, runs(), stop))
+    with pytest.raises(KeyboardInterrupt), local_executor(measure, stop, 2) as executor:
+        list(completed(executor, runs(), stop))
 
 
-def test_what_has_ended_is_given_before_a_stop():
+def test_completed_runs_come_before_a_stop():
     stop, jobs = Event(), []
 
     def submit(number):
         jobs.append(Future())
-        if number == 2:  # the last of three: two of them have ended, and somebody stops
+        if number == 2:  # the last of three: two of them are done when the stop is set
             jobs[0].set_result('first')
             jobs[1].set_result('second')
             stop.set()
         return jobs[-1]
-    found = outcomes(Engine('', submit, Future.result, ahead=3), enumerate(range(9)), stop)
+    found = completed(Executor('', submit, Future.result, max_pending=3),
+                      enumerate(range(9)), stop)
     assert [next(found), next(found)] == [(0, 'first'), (1, 'second')]
     with pytest.raises(KeyboardInterrupt):
         next(found)

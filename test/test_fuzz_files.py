@@ -11,8 +11,8 @@ import pytest
 import yaml
 
 from comply_ros.experiments import yaml_lines
-from comply_ros.experiments.sweep_yaml import MOST_RUNS, parse_sweep, read_sweep
-from comply_ros.experiments.training_runs import check_run
+from comply_ros.experiments.sweep_yaml import MAX_RUNS, parse_sweep, read_sweep
+from comply_ros.experiments.training_runs import validate_run
 from comply_ros.experiments.yaml_lines import SweepFileError
 from comply_ros.learner.presets import METHODS
 from comply_ros.mentor.mentor_policies import MentorError
@@ -186,13 +186,14 @@ def test_the_text_of_a_policy_is_a_policy_or_an_error_of_one_line(text):
 @given(st.one_of(st.text(), spoiled(SWEEP)))
 @example(SWEEP.replace('seeds: 3', 'seeds: 3\n%'))
 def test_the_text_of_a_sweep_is_runs_that_can_be_or_an_error_of_one_line(text):
-    sweep = outcome(parse_sweep, SweepFileError, text, longest=LONGEST + yaml_lines.LONGEST)
+    sweep = outcome(parse_sweep, SweepFileError, text,
+                    longest=LONGEST + yaml_lines.MAX_VALUE_LENGTH)
     if sweep is not None:
-        assert 1 <= len(sweep) <= MOST_RUNS
+        assert 1 <= len(sweep) <= MAX_RUNS
         runs = [sweep.run(number) for number in {0, len(sweep) // 2, len(sweep) - 1}]
         assert len(set(runs)) == len(runs)
         for run in runs:
-            check_run(run)
+            validate_run(run)
 
 
 @pytest.fixture(scope='module')
@@ -238,7 +239,7 @@ def test_the_bytes_of_a_policy_are_advice_or_an_error_of_one_line(path, content)
 def test_the_bytes_of_a_sweep_are_runs_or_an_error_of_one_line(path, content):
     path.write_bytes(content)
     sweep = outcome(read_sweep, SweepFileError, path)
-    assert sweep is None or 1 <= len(sweep) <= MOST_RUNS
+    assert sweep is None or 1 <= len(sweep) <= MAX_RUNS
 
 
 @fuzz

@@ -1,17 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The list of figures: all of the report's, with runs that can be and lines that differ."""
+"""The list of figures: all of the report's, with valid runs and lines that differ."""
 
 import pytest
 
 from comply_ros.experiments import training_runs
-from comply_ros.experiments.extra_figures import own_figures
-from comply_ros.experiments.figure_plots import DRAWINGS
-from comply_ros.experiments.plot_style import COLOURS, look_of
-from comply_ros.experiments.published_results import NEAR
-from comply_ros.experiments.report_figures import as_drawn, Mentors, report_figures
+from comply_ros.experiments.extra_figures import extra_figures
+from comply_ros.experiments.figure_plots import COLOURS, line_style, PLOTS
+from comply_ros.experiments.published_results import FITTED_SETTINGS
+from comply_ros.experiments.report_figures import fitted_run, Mentors, report_figures
 from comply_ros.learner.presets import METHODS
 
-FIGURES = {profile: report_figures(profile, Mentors()) + own_figures(profile, Mentors())
+FIGURES = {profile: report_figures(profile, Mentors()) + extra_figures(profile, Mentors())
            for profile in METHODS}
 
 
@@ -27,9 +26,9 @@ def test_every_figure_with_a_result_is_there_once(profile):
 @pytest.mark.parametrize('profile', METHODS)
 def test_every_figure_can_be_computed_and_drawn(profile):
     for figure in FIGURES[profile]:
-        assert figure.kind in DRAWINGS or figure.kind == 'table'
+        assert figure.kind in PLOTS or figure.kind == 'table'
         for run in figure.all_runs():
-            training_runs.check_run(run)
+            training_runs.validate_run(run)
             assert run.profile == profile or figure.name == 'text'
 
 
@@ -39,14 +38,14 @@ def test_a_method_has_one_colour_everywhere_and_lines_of_a_figure_differ():
         if figure.kind in ('curves', 'regrets', 'time_to_convergence'):
             labels = {label if isinstance(label, str) else label[0] for label in figure.runs}
             if not any('mentor' in label for label in labels):
-                looks = {tuple(look_of(label).items()) for label in labels}
-                assert len(looks) == len(labels), figure.name
+                styles = {tuple(line_style(label).items()) for label in labels}
+                assert len(styles) == len(labels), figure.name
 
 
 def test_variants_keep_the_colour_of_their_method():
     for label in ('explicit, learned prior', 'explicit_lambda', 'explicit_off_policy'):
-        assert look_of(label)['color'] == COLOURS['explicit']
-        assert look_of(label)['linestyle'] != look_of('explicit')['linestyle']
+        assert line_style(label)['color'] == COLOURS['explicit']
+        assert line_style(label)['linestyle'] != line_style('explicit')['linestyle']
 
 
 def test_published_figures_are_of_the_maze_as_it_was_run():
@@ -55,8 +54,8 @@ def test_published_figures_are_of_the_maze_as_it_was_run():
         assert {run.map for run in figure.runs.values()} == {maze}
 
 
-def test_adaptive_learners_are_drawn_with_settings_that_lead_to_the_figures():
-    run = as_drawn('beta_implicit', 'published', 'optimal')
-    assert dict(run.settings) == NEAR['beta_implicit']
-    assert as_drawn('beta_implicit', 'report', 'optimal').settings == ()
-    assert as_drawn('vanishing', 'published', 'optimal').settings == ()
+def test_adaptive_learners_have_the_fitted_settings():
+    run = fitted_run('beta_implicit', 'published', 'optimal')
+    assert dict(run.settings) == FITTED_SETTINGS['beta_implicit']
+    assert fitted_run('beta_implicit', 'report', 'optimal').settings == ()
+    assert fitted_run('vanishing', 'published', 'optimal').settings == ()

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tables of the page, from numbers that are made up."""
+"""Tables of the page, from invented numbers."""
 
-from comply_ros.experiments.report_figures import as_drawn, Mentors
-from comply_ros.experiments.report_tables import tables_of
-from comply_ros.experiments.results_json import name_of
+from pathlib import Path
+
+from comply_ros.experiments import report_files, report_tables
+from comply_ros.experiments.report_figures import fitted_run, Mentors
+from comply_ros.experiments.report_tables import table_lines
 
 
 def around(mean, half):
@@ -13,7 +15,7 @@ def around(mean, half):
 
 def numbers(**cells):
     """Return numbers of a reproduction of one cell: vanishing with the optimal mentor."""
-    name = name_of(as_drawn('vanishing', 'published', 'optimal'))
+    name = fitted_run('vanishing', 'published', 'optimal').cell_name()
     cell = {'mean': [5.0] * 60, 'time_to_convergence': around(61.0, 2.0),
             'reward_ratio': around(0.65, 0.01), 'regret': around(315.0, 4.0), **cells}
     return {'profile': 'published', 'mentor_specs': list(Mentors()), 'cells': {name: cell},
@@ -26,23 +28,30 @@ def row(lines, begin):
     return [cell.strip() for cell in line.strip('|').split('|')]
 
 
-def test_a_cell_stands_beside_what_was_published():  # 61 is half of 122, 315 is 315
-    assert row(list(tables_of(numbers())), 'vanishing | 100 %') == [
+def test_a_cell_is_beside_the_published_one():  # 61 is half of 122, 315 is 315
+    assert row(list(table_lines(numbers())), 'vanishing | 100 %') == [
         'vanishing', '100 %', '122 / 0.65 / 315', '61 ± 2 / 0.65 ± 0.01 / 315 ± 4', '-50 %, 0 %',
         '-']
 
 
-def test_what_was_not_computed_or_has_no_number_is_a_dash():
-    lines = list(tables_of(numbers(reward_ratio=None)))
+def test_a_missing_cell_or_number_is_a_dash():
+    lines = list(table_lines(numbers(reward_ratio=None)))
     assert row(lines, 'vanishing | 100 %')[3] == '61 ± 2 / - / 315 ± 4'
     assert row(lines, 'explicit | 50 %')[2:] == ['209 / 0.09 / 1223', '-', '-', '-']
 
 
-def test_what_rounds_to_0_has_no_sign():
-    lines = list(tables_of(numbers(regret=around(-0.3, 0.2))))
+def test_a_number_that_rounds_to_0_has_no_sign():
+    lines = list(table_lines(numbers(regret=around(-0.3, 0.2))))
     assert row(lines, 'vanishing | 100 %')[3].endswith('/ 0 ± 0')
 
 
-def test_the_slips_are_told_with_the_computed_returns():
-    text = ' '.join(tables_of(numbers())).replace('\n', ' ')
+def test_the_text_on_slips_has_the_computed_returns():
+    text = ' '.join(table_lines(numbers())).replace('\n', ' ')
     assert 'at -69.1, has -69.07 with such slips' in text and '-71.57 where a slip' in text
+
+
+def test_the_stored_page_has_the_current_text():
+    page = (Path(__file__).parents[1] / 'docs' / 'results.md').read_text()
+    for text in (report_files.DIFFERENCES, report_tables.PUBLISHED_SETTINGS, report_tables.TEXT,
+                 report_tables.HEAD_START, report_files.INTRODUCTION.partition('The metrics:')[2]):
+        assert text in page

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The whole way from a command to figures, numbers and a page, on the small grids."""
+"""From the command to figures, numbers and a page, on the small grids."""
 
 import json
 import resource
@@ -11,7 +11,7 @@ from node_processes import wait_until
 import pytest
 
 from comply_ros.experiments import reproduce
-from comply_ros.experiments.plot_style import COLOURS
+from comply_ros.experiments.figure_plots import COLOURS
 from comply_ros.experiments.report_figures import Figure
 from comply_ros.experiments.training_runs import Run
 
@@ -20,7 +20,7 @@ COMMAND = [sys.executable, '-c', 'from comply_ros.executables import reproduce; 
            'raise SystemExit(reproduce())']
 
 
-def made(folder, *argv):
+def reproduced(folder, *argv):
     """Return the exit code of `reproduce` with two seeds into a folder."""
     return reproduce.main(['reproduce', '--seeds', '2', '--out', str(folder), *argv])
 
@@ -29,7 +29,7 @@ def made(folder, *argv):
 def whole(tmp_path_factory):
     """Return a folder with some figures."""
     folder = tmp_path_factory.mktemp('reproduced')
-    assert made(folder, '--figures', *FIGURES) == 0
+    assert reproduced(folder, '--figures', *FIGURES) == 0
     return folder
 
 
@@ -47,7 +47,7 @@ def test_figures_numbers_and_a_page_are_written(whole):
     assert page.count('The report: ') == len(FIGURES)
 
 
-def test_pictures_are_of_a_size_to_be_looked_at(whole):
+def test_pictures_have_the_size_of_the_page(whole):
     for figure in FIGURES:
         header = (whole / 'figures' / f'{figure}.png').read_bytes()[:24]
         assert header[:4] == b'\x89PNG'
@@ -56,38 +56,38 @@ def test_pictures_are_of_a_size_to_be_looked_at(whole):
 
 def test_a_second_run_computes_nothing(whole):
     before = {path: path.stat().st_mtime_ns for path in (whole / 'data').iterdir()}
-    assert made(whole, '--figures', *FIGURES) == 0
+    assert reproduced(whole, '--figures', *FIGURES) == 0
     assert {path: path.stat().st_mtime_ns for path in (whole / 'data').iterdir()} == before
 
 
 def test_redraw_draws_without_computing(whole, tmp_path, capsys):
     (whole / 'figures' / '2.7.png').unlink()
-    assert made(whole, '--redraw', '--figures', '2.7') == 0
+    assert reproduced(whole, '--redraw', '--figures', '2.7') == 0
     assert (whole / 'figures' / '2.7.png').exists()
-    assert made(tmp_path, '--redraw', '--figures', '2.7') == 2
-    assert 'must have been computed to be drawn again with 2 seeds, but lacks 1 of its cells' in (
+    assert reproduced(tmp_path, '--redraw', '--figures', '2.7') == 2
+    assert f'--redraw must find all cells with 2 seeds in {tmp_path}/data, but 1 are missing' in (
         capsys.readouterr().err)
 
 
 def test_a_page_elsewhere_has_its_pictures_beside_it(whole, tmp_path):
     page = tmp_path / 'docs' / 'results.md'
-    assert made(whole, '--figures', '2.1', '--page', str(page)) == 0
+    assert reproduced(whole, '--figures', '2.1', '--page', str(page)) == 0
     assert '(results/2.1.png)' in page.read_text()
     assert (tmp_path / 'docs' / 'results' / '2.1.png').exists()
 
 
-@pytest.mark.parametrize('argv, msg', [
+@pytest.mark.parametrize('argv, message', [
     (('--figures', '9.9'), 'reproduce: a figure must be one of 2.1, 2.2, '),
     (('--seeds', '0'), 'reproduce: seeds must be at least 1, got 0'),
     (('--profile', 'real'), "reproduce: profile must be one of report, published, got 'real'"),
     (('--mentors', '/nowhere'), "reproduce: a policy file must be readable, got '/nowhere/ment")])
-def test_a_wrong_option_is_one_sentence(tmp_path, capsys, argv, msg):
+def test_a_wrong_option_is_one_sentence(tmp_path, capsys, argv, message):
     assert reproduce.main(['reproduce', '--out', str(tmp_path), *argv]) == 2
     err = capsys.readouterr().err
-    assert err.startswith(msg) and err.count('\n') == 1
+    assert err.startswith(message) and err.count('\n') == 1
 
 
-def test_an_interrupted_run_keeps_what_it_computed_and_goes_on(tmp_path):
+def test_an_interrupted_run_keeps_its_cells_and_is_continued(tmp_path):
     argv = [*COMMAND, '--figures', '2.8', '3.3', '--seeds', '3', '--out', str(tmp_path)]
     process = subprocess.Popen(argv, stderr=subprocess.PIPE, text=True)
     wait_until(lambda: list(tmp_path.glob('data/free_grid-*.npz')), 'first cell', 60)
@@ -96,17 +96,18 @@ def test_an_interrupted_run_keeps_what_it_computed_and_goes_on(tmp_path):
     assert 'are kept in' in process.stderr.read().replace('\n', ' ')
     kept = {path: path.stat().st_mtime_ns for path in tmp_path.glob('data/*.npz')}
     assert 1 <= len(kept) < 5 and not list(tmp_path.glob('data/*.part'))
-    assert made(tmp_path, '--figures', '2.8') == 0
+    assert reproduced(tmp_path, '--figures', '2.8') == 0
     assert all(path.stat().st_mtime_ns == time for path, time in kept.items())
 
 
-def test_a_second_one_in_the_same_folder_stands_aside(tmp_path, capsys):
-    with reproduce.held(tmp_path):
-        assert made(tmp_path, '--figures', '2.1') == 2
-    assert 'must have one reproduce at work, and another one is' in capsys.readouterr().err
+def test_two_cannot_run_in_the_same_folder(tmp_path, capsys):
+    with reproduce.lock_folder(tmp_path):
+        assert reproduced(tmp_path, '--figures', '2.1') == 2
+    assert ('must be used by one reproduce at a time, and another one uses it'
+            in capsys.readouterr().err)
 
 
-def test_a_full_disk_is_one_sentence_and_keeps_what_was_computed(tmp_path, whole):
+def test_a_full_disk_is_one_sentence_and_keeps_the_cells(tmp_path, whole):
     argv = [*COMMAND, '--figures', '2.7', '2.10', '--seeds', '2', '--out', str(tmp_path)]
     limit = max(path.stat().st_size for path in (whole / 'data').iterdir()) - 100
 
@@ -119,7 +120,7 @@ def test_a_full_disk_is_one_sentence_and_keeps_what_was_computed(tmp_path, whole
     assert not list(tmp_path.glob('data/*.part'))
 
 
-def test_every_kind_of_figure_of_a_compliant_learner_is_drawn(tmp_path, monkeypatch):
+def test_every_kind_of_figure_of_a_compliant_learner_is_plotted(tmp_path, monkeypatch):
     run = Run('bar_grid', 'published', 'explicit', (('iterations', 4), ('episodes', 3)),
               'noisy:0.3')
     kinds = {'curves': {'explicit': run}, 'advice': {'mentor': run}, 'trust': {'explicit': run},
@@ -131,7 +132,7 @@ def test_every_kind_of_figure_of_a_compliant_learner_is_drawn(tmp_path, monkeypa
     figures = [Figure(kind, f'A figure of {kind}', 'it is there', kind, cells, 'bar_grid')
                for kind, cells in kinds.items()]
     monkeypatch.setattr(reproduce, 'report_figures', lambda profile, mentors: figures)
-    monkeypatch.setattr(reproduce, 'own_figures', lambda profile, mentors: [])
-    assert made(tmp_path) == 0
+    monkeypatch.setattr(reproduce, 'extra_figures', lambda profile, mentors: [])
+    assert reproduced(tmp_path) == 0
     assert {path.stem for path in (tmp_path / 'figures').iterdir()} == set(kinds)
     assert 'explicit' in COLOURS

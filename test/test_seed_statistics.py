@@ -6,7 +6,7 @@ from math import isnan
 import numpy as np
 import pytest
 
-from comply_ros.experiments.seed_statistics import band, interval, student
+from comply_ros.experiments.seed_statistics import band, interval, student_t
 
 
 def test_a_band_holds_the_middle_of_the_seeds():
@@ -17,7 +17,7 @@ def test_a_band_holds_the_middle_of_the_seeds():
 @pytest.mark.parametrize('freedom, t', [  # from printed tables
     (1, 12.706), (2, 4.303), (4, 2.776), (9, 2.262), (29, 2.045), (1000, 1.962)])
 def test_the_quantiles_of_students_distribution(freedom, t):
-    assert student(freedom) == pytest.approx(t, abs=0.001)
+    assert student_t(freedom) == pytest.approx(t, abs=0.001)
 
 
 def test_an_interval_is_narrow_where_seeds_agree():
@@ -35,6 +35,6 @@ def test_an_interval_covers_the_true_mean_about_as_often_as_it_says():
     assert 0.935 < np.mean(hits) < 0.965
 
 
-def test_what_has_no_number_is_left_out():
+def test_none_is_left_out():
     assert interval([None, 4.0]) == (4.0, 4.0, 4.0)
     assert all(isnan(each) for each in interval([None, None]))

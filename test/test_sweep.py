@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`sweep` from its command line: resumed, killed, on a full disk, and on a cluster."""
+"""`sweep` from its command line: continued, killed, on a full disk, and on a cluster."""
 
 import csv
 import os
@@ -83,17 +83,17 @@ def test_a_sweep_is_one_tidy_table(capsys):
     assert capsys.readouterr().err.endswith('runs/a.csv: 24 runs, 24 of them new\n')
 
 
-def test_what_is_there_is_not_repeated(capsys, monkeypatch):
+def test_runs_in_the_table_are_not_repeated(capsys, monkeypatch):
     run(written(seeds=2))
     before = Path('runs/a.csv').read_text()
     assert run(written(seeds=3)) == 0
     assert Path('runs/a.csv').read_text().startswith(before)
-    monkeypatch.setattr(sweep, 'outcomes', None)
+    monkeypatch.setattr('comply_ros.experiments.executors.completed', None)
     assert run(written(seeds=3)) == 0
     assert capsys.readouterr().err.endswith('runs/a.csv: 24 runs, 0 of them new\n')
 
 
-def test_a_killed_sweep_goes_on_without_losing_or_repeating_a_run():
+def test_a_killed_sweep_is_continued_without_losing_or_repeating_a_run():
     name = written(seeds=50, iterations=4)
     for count in (20, 150):
         process = started(name)
@@ -112,30 +112,31 @@ def test_a_killed_sweep_goes_on_without_losing_or_repeating_a_run():
     assert len(rows('runs/a.csv')) == 1 + 400
 
 
-def test_ctrl_c_keeps_what_is_done():
+def test_ctrl_c_keeps_completed_runs():
     process = started(written(seeds=10, iterations=20_000))
     wait_for_rows('runs/a.csv', 1, process)
     process.send_signal(signal.SIGINT)
-    msg = process.communicate(timeout=20)[1]
+    err = process.communicate(timeout=20)[1]
     done = len(rows('runs/a.csv')) - 1
     assert process.returncode == 130
-    assert msg.splitlines()[-1] == (f'sweep: interrupted; {done} of 80 runs are kept in '
-                                     'runs/a.csv, and the same command goes on from there')
-    assert 'Traceback' not in msg
+    assert err.splitlines()[-1] == (f'sweep: interrupted; {done} of 80 runs are kept in '
+                                    'runs/a.csv, and the same command continues from there')
+    assert 'Traceback' not in err
 
 
-def test_a_full_disk_keeps_what_is_done():
+def test_a_full_disk_keeps_completed_runs():
     limit = 5000
 
-    def little_room():
+    def limit_file_size():
         resource.setrlimit(resource.RLIMIT_FSIZE, (limit, resource.RLIM_INFINITY))
-    process = started(written(), preexec_fn=little_room)
-    msg = process.communicate(timeout=60)[1]
+    process = started(written(), preexec_fn=limit_file_size)
+    err = process.communicate(timeout=60)[1]
     text = Path('runs/a.csv').read_text()
     done = text.count('\n') - 1
     assert process.returncode == 1
-    assert msg.splitlines()[-1] == (f'sweep: runs/a.csv: file too large; {done} of 24 runs are '
-                                     'kept in runs/a.csv, and the same command goes on from there')
+    assert err.splitlines()[-1] == (f'sweep: runs/a.csv: file too large; {done} of 24 runs '
+                                    'are kept in runs/a.csv, and the same command continues '
+                                    'from there')
     assert 5 < done < 24 and limit - 400 < len(text) <= limit and text.endswith('\n')
     assert run('a.yaml') == 0
     assert len(rows('runs/a.csv')) == 25
@@ -147,15 +148,15 @@ def test_a_full_disk_at_once_is_one_sentence(capsys):
     assert capsys.readouterr().err == 'sweep: full.csv: no space left on device\n'
 
 
-def test_a_table_of_another_sweep_is_refused(capsys):
+def test_a_table_of_another_sweep_is_an_error(capsys):
     run(written())
     before = Path('runs/a.csv').read_text()
     capsys.readouterr()
     assert run(written(seeds='[0, 1]')) == 2
-    msg = capsys.readouterr().err
-    assert msg.startswith('sweep: runs/a.csv, line ')
-    assert 'every run of the table must be one of the sweep, got bar_grid, published, ' in msg
-    assert msg.count('\n') == 1
+    err = capsys.readouterr().err
+    assert err.startswith('sweep: runs/a.csv, line ')
+    assert 'every run of the table must be one of the sweep, got bar_grid, published, ' in err
+    assert err.count('\n') == 1
     Path('a.yaml').write_text(Path('a.yaml').read_text().replace('temperature', 'discount'))
     assert run('a.yaml') == 2
     assert 'sweep: runs/a.csv: its first line must be map, ' in capsys.readouterr().err
@@ -171,9 +172,9 @@ def test_a_table_of_another_sweep_is_refused(capsys):
 def test_a_mistake_is_one_line_and_exit_code_2(capsys, argv, message):
     Path('bad.yaml').write_text(Path(written()).read_text().replace('explicit', 'explict'))
     assert run(*argv) == 2
-    msg = capsys.readouterr().err
-    assert msg.startswith(f'sweep: {message}')
-    assert msg.count('\n') == 1
+    err = capsys.readouterr().err
+    assert err.startswith(f'sweep: {message}')
+    assert err.count('\n') == 1
 
 
 def test_memory_stays_flat():
@@ -202,7 +203,7 @@ def scheduler():
         yield cluster.scheduler_address
 
 
-def test_a_cluster_gives_the_same_table(scheduler):
+def test_a_cluster_makes_the_same_table(scheduler):
     assert run(written(), '--scheduler', scheduler, '--out', 'far.csv') == 0
     assert run(written(), '--out', 'near.csv') == 0
     assert rows('far.csv') == rows('near.csv')
@@ -213,36 +214,36 @@ def test_ctrl_c_ends_a_sweep_on_a_cluster(scheduler):
     process = started(name, '--scheduler', scheduler)
     wait_for_rows('runs/a.csv', 2, process)
     process.send_signal(signal.SIGINT)
-    msg = process.communicate(timeout=20)[1]
+    err = process.communicate(timeout=20)[1]
     assert process.returncode == 130
-    assert msg.splitlines()[-1].startswith('sweep: interrupted; ')
-    assert 'Traceback' not in msg
+    assert err.splitlines()[-1].startswith('sweep: interrupted; ')
+    assert 'Traceback' not in err
 
 
-def test_a_cluster_that_goes_away_is_one_sentence():
+def test_a_lost_cluster_is_one_sentence():
     from distributed import LocalCluster
     with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address='127.0.0.1:0',
                       silence_logs=50) as cluster:
         address = cluster.scheduler_address
         process = started(written(seeds=10, iterations=3000), '--scheduler', address)
         wait_for_rows('runs/a.csv', 2, process)
-    msg = process.communicate(timeout=20)[1]
+    err = process.communicate(timeout=20)[1]
     assert process.returncode == 1
-    assert f'sweep: the cluster at {address} went away; ' in msg.splitlines()[-1]
-    assert 'Traceback' not in msg
+    assert f'sweep: the cluster at {address} was lost; ' in err.splitlines()[-1]
+    assert 'Traceback' not in err
 
 
 @pytest.mark.parametrize('listens', [False, True])
 def test_a_scheduler_that_does_not_answer_is_one_sentence(capsys, monkeypatch, listens):
-    monkeypatch.setattr('comply_ros.experiments.executors.PATIENCE', 1)
+    monkeypatch.setattr('comply_ros.experiments.executors.CONNECT_TIMEOUT', 1)
     with socket.socket() as silent:
         silent.bind(('127.0.0.1', 0))
         if listens:
             silent.listen()
         address = f'tcp://127.0.0.1:{silent.getsockname()[1]}'
-        begin = time.monotonic()
+        start = time.monotonic()
         assert run(written(), '--scheduler', address) == 1
-        assert time.monotonic() - begin < 10
+        assert time.monotonic() - start < 10
     assert capsys.readouterr().err == (
         f"sweep: a Dask scheduler must answer within 1 s, and none does at '{address}'\n")
 

@@ -19,7 +19,7 @@ def test_the_last_axis_varies_fastest():
         'maze', 'published', 'sarsa', (('temperature', 2.0),), 'none', budget=5, seed=1)
 
 
-def test_a_number_comes_back_from_what_is_written():
+def test_the_number_of_a_run_is_found_by_its_texts():
     for number in range(len(SWEEP)):
         texts = {name: str(value) for name, value in SWEEP.values_of(number).items()}
         assert SWEEP.number_of(texts) == number

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The file of a sweep, and every sentence about one that is wrong."""
+"""The file of a sweep, and every error message about one."""
 
 from pathlib import Path
 import time
@@ -37,7 +37,7 @@ def test_a_file_is_all_combinations():
     assert sweep.axes['seed'] == (0, 1, 2)
 
 
-def test_what_is_optional_can_be_said():
+def test_optional_keys_are_read():
     sweep = parse_sweep('{map: [bar_grid, maze], profile: [report, published], methods: sarsa, '
                         'mentors: none, mentor_seeds: [4, 9], budgets: [0, 20], '
                         'advising: [early, mistakes], seeds: [7]}')
@@ -45,7 +45,7 @@ def test_what_is_optional_can_be_said():
     assert sweep.run(31) == Run('maze', 'published', 'sarsa', (), 'none', 9, 20, 'mistakes', 7)
 
 
-def test_the_example_is_right():
+def test_the_example_is_valid():
     assert len(read_sweep(TOP / 'config' / 'sweep.yaml')) == 120
 
 
@@ -117,13 +117,13 @@ def test_a_mistake_names_the_file_the_line_the_rule_and_the_value(tmp_path, old,
     assert '\n' not in str(caught.value)
 
 
-def test_a_policy_that_does_not_fit_one_of_the_maps_is_refused(tmp_path):
+def test_a_policy_that_does_not_fit_one_of_the_maps_is_an_error(tmp_path):
     (tmp_path / 'mine.txt').write_text('>>G\n')
     with pytest.raises(SweepFileError, match='line 5: a policy must have a row for each'):
         parse_sweep(GOOD.replace('optimal', f'file:{tmp_path}/mine.txt'))
 
 
-def test_a_map_without_end_is_refused(tmp_path, monkeypatch):
+def test_a_map_in_which_planning_does_not_settle_is_an_error(tmp_path, monkeypatch):
     monkeypatch.setattr('comply_ros.world.planning.MOST_SWEEPS', 3)
     (tmp_path / 'mine.yaml').write_text(
         (TOP / 'comply_ros' / 'maps' / 'bar_grid.yaml').read_text())
@@ -133,7 +133,7 @@ def test_a_map_without_end_is_refused(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize('content, reason', [
     (None, 'no such file or directory'), (b'\xff\xfe', 'it is not text')])
-def test_a_file_that_cannot_be_read_is_named(tmp_path, content, reason):
+def test_an_error_names_a_file_that_cannot_be_read(tmp_path, content, reason):
     path = tmp_path / 'sweep.yaml'
     if content:
         path.write_bytes(content)
@@ -142,20 +142,20 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path, content, reason):
     assert str(caught.value) == f"a sweep file must be readable, got '{path}' ({reason})"
 
 
-def test_ten_thousand_runs_are_checked_by_value_and_not_one_by_one():
+def test_ten_thousand_seeds_are_checked_fast():
     begin = time.process_time()
     assert len(parse_sweep(GOOD.replace('seeds: 3', 'seeds: 10000'))) == 80_000
     assert time.process_time() - begin < 5.0
 
 
-def test_settings_that_can_only_be_together_are_checked_together():
+def test_settings_that_depend_on_each_other_are_checked_together():
     text = GOOD.replace('temperature: [0.5, 1]', 'trust: explicit\n  trust_rate: [0.5, 1.0]')
     assert len(parse_sweep(text)) == 24
     with pytest.raises(SweepFileError, match='line 8: trust_rate must lie in .* got 2.0'):
         parse_sweep(text.replace('1.0]', '2.0]'))
 
 
-def test_more_runs_than_can_be_counted_are_refused():
+def test_too_many_runs_are_an_error():
     many = ', '.join(f'0.{k:03}' for k in range(1000))
     fields = ('discount', 'learning_rate', 'trace_decay', 'trace_floor', 'confidence')
     text = GOOD.replace('seeds: 3', 'seeds: 1000000').replace(

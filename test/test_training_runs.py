@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One run asked for in plain values."""
+"""One run described by plain values."""
 
 import json
 from threading import Event
@@ -31,19 +31,20 @@ def test_a_run_learns_what_train_learns(tmp_path):
     assert measured == {name: summary[name] for name in measured}
 
 
-def test_settings_change_the_row_together():
+def test_settings_are_validated_together():
     run = Run(method='beta_implicit', settings=(('trust', 'explicit'), ('trust_rate', 0.5)))
-    assert (training_runs.row_of(run).trust, training_runs.row_of(run).trust_rate) == ('explicit', 0.5)
+    config = training_runs.config_of(run)
+    assert (config.trust, config.trust_rate) == ('explicit', 0.5)
 
 
-def test_the_largest_change_of_a_value_is_watched():
+def test_the_largest_change_of_a_value_is_recorded():
     learned = training_runs.learn(SHORT, watches_values=True)
     assert learned.changes[0] == 0.0  # the first iteration only measures
     assert all(change > 0.0 for change in learned.changes[1:])
     assert training_runs.learn(SHORT).changes == []
 
 
-def test_a_run_that_is_stopped_comes_to_nothing():
+def test_a_stopped_run_has_no_result():
     stop = Event()
     stop.set()
     assert training_runs.learn(SHORT, stop) is None
@@ -69,12 +70,12 @@ def test_regret_is_that_of_the_first_399_iterations():
     (Run(settings=(('speed', 1),)), ConfigError),
     (Run(settings=(('iterations', 0),)), ConfigError),
     (Run(settings=(('discount', 2.0),)), ConfigError)])
-def test_a_run_that_cannot_be_is_refused_before_it_begins(run, error):
+def test_an_invalid_run_is_an_error_before_it_starts(run, error):
     with pytest.raises(error):
-        training_runs.check_run(run)
+        training_runs.validate_run(run)
 
 
-def test_a_mentor_with_nothing_to_say_has_no_return():
+def test_a_mentor_without_advice_has_no_return():
     assert training_runs.mentor_return(Run('bar_grid')) is None
     assert training_runs.mentor_return(Run('bar_grid', mentor='optimal')) == pytest.approx(
-        training_runs.yardstick_of(Run('bar_grid')).optimal_return)
+        training_runs.reference_returns_of(Run('bar_grid')).optimal_return)

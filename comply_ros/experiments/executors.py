@@ -1,110 +1,105 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where the runs of a sweep are learned: on this machine's cores, or on a Dask cluster."""
+"""Jobs in parallel: on this machine's cores, or runs on a Dask cluster, by one interface."""
 
-import asyncio
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from contextlib import contextmanager
-from functools import lru_cache
 import logging
+import os
 from queue import Empty, SimpleQueue
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from comply_ros.experiments.training_runs import learn, measures, mentor_return, Run, yardstick_of
-from comply_ros.terminal.interrupts import check
+from comply_ros.experiments import training_runs
+from comply_ros.experiments.training_runs import Run
+from comply_ros.terminal.interrupts import check, Stop
 from comply_ros.terminal.training_options import MISTAKES
 
-MEASURES = ('iterations', 'steps', 'time_to_convergence', 'reward_ratio', 'regret',
-            'final_return', 'mentor_return', 'optimal_return', 'digest')
-PATIENCE = 5.0  # seconds for a scheduler to answer
-LOOK = 0.1  # seconds between looks at whether somebody wants to stop
-AHEAD = 500  # runs that a cluster has at once, those that wait included
+RESULT_COLUMNS = ('iterations', 'steps', 'time_to_convergence', 'reward_ratio', 'regret',
+                  'final_return', 'mentor_return', 'optimal_return', 'digest')
+STOP_PERIOD = 0.1  # seconds between two checks of the stop while nothing completes
+CONNECT_TIMEOUT = 5.0  # seconds for a scheduler to answer
 
 
-class EngineError(Exception):
-    """A cluster that cannot be had or that went away; the message names its address."""
+class ClusterError(Exception):
+    """A cluster that does not answer or that was lost; the message names its address."""
 
 
-class Engine(NamedTuple):
+class Executor(NamedTuple):
     """
-    What learns runs.
+    What runs jobs in parallel; label: for the progress bar.
 
-    Attributes
-    ----------
-    label: for the progress bar.
-    submit: called with a `Run`; returns a future, which has `add_done_callback`.
-    result: called with a future that has ended; returns the measures of its run, None if it was
-        stopped.
-    ahead: runs to be submitted before the first has ended; so many are in memory, not more.
-
+    submit: called with a job; returns its future.
+    result: called with a future that is done; returns the job's result, None if it was stopped.
+    max_pending: most jobs submitted and not yet completed; the others are not yet in memory.
     """
 
     label: str
-    submit: object
-    result: object
-    ahead: int
+    submit: Callable[[Any], Future]
+    result: Callable[[Future], Any]
+    max_pending: int
 
 
-def measure(run, stop=None):
-    """Learn a run and return its `MEASURES` as a table; None if the `Stop` stop was set."""
-    learned = learn(run, stop)
-    if learned is None:
+def measure(run: Run, stop: Stop | None = None) -> dict[str, object] | None:
+    """Learn a run and return its `RESULT_COLUMNS` by name; None if `stop` was set."""
+    result = training_runs.learn(run, stop)
+    if result is None:
         return None
-    return {'iterations': len(learned.returns), 'steps': learned.steps,
-            **measures(run, learned.returns), 'final_return': learned.returns[-1],
-            'mentor_return': _mentor_return(run.map, run.profile, run.mentor, run.mentor_seed),
-            'optimal_return': yardstick_of(run).optimal_return, 'digest': learned.digest}
+    return {'iterations': len(result.returns), 'steps': result.steps,
+            **training_runs.measures(run, result.returns), 'final_return': result.returns[-1],
+            'mentor_return': training_runs.mentor_return(run),
+            'optimal_return': training_runs.reference_returns_of(run).optimal_return,
+            'digest': result.digest}
 
 
-@lru_cache(maxsize=64)
-def _mentor_return(name, profile, mentor, seed):
-    return mentor_return(Run(map=name, profile=profile, mentor=mentor, mentor_seed=seed))
-
-
-def outcomes(engine, runs, stop):
+def completed(executor: Executor, jobs: Iterable[tuple[Any, Any]], stop: Stop
+              ) -> Iterator[tuple[Any, Any]]:
     """
-    Yield `(number, measures)` of each `(number, run)`, in the order in which they end.
+    Submit each `(key, job)` and yield each `(key, result)`, in the order of completion.
 
     Raises
     ------
-    KeyboardInterrupt: if the `Stop` stop is set.
-    EngineError: if the cluster went away, or cannot do a run.
+    KeyboardInterrupt: if `stop` is set; what has completed before is yielded first.
+    ClusterError: if the cluster was lost, or cannot do a job.
 
     """
-    ended, jobs = SimpleQueue(), {}
+    done: SimpleQueue = SimpleQueue()
+    pending: dict[Any, Future] = {}
 
-    def next_one():
-        number = _next(ended, stop)
-        measured = engine.result(jobs.pop(number))
-        if measured is not None:
-            yield number, measured
-    for number, run in runs:
+    def next_completed() -> Iterator[tuple[Any, Any]]:
+        key = _wait(done, stop)
+        result = executor.result(pending.pop(key))
+        if result is not None:
+            yield key, result
+    for key, job in jobs:
         if stop.is_set():
             break
-        jobs[number] = engine.submit(run)
-        jobs[number].add_done_callback(lambda _, number=number: ended.put(number))
-        if len(jobs) >= engine.ahead:
-            yield from next_one()
-    while jobs:
-        yield from next_one()
+        pending[key] = executor.submit(job)
+        pending[key].add_done_callback(lambda _, key=key: done.put(key))
+        if len(pending) >= executor.max_pending:
+            yield from next_completed()
+    while pending:
+        yield from next_completed()
     check(stop)
 
 
-def _next(ended, stop):
-    """Return the number of a run that has ended; those that have are given before a stop."""
+def _wait(done: SimpleQueue, stop: Stop) -> Any:
+    """Return the next key of the queue; raise KeyboardInterrupt if there is none and must stop."""
     while True:
         try:
-            return ended.get(timeout=0 if stop.is_set() else LOOK)
+            return done.get(timeout=0 if stop.is_set() else STOP_PERIOD)
         except Empty:
             check(stop)
 
 
 @contextmanager
-def this_machine(workers, stop):
-    """Give an `Engine` of threads: the compiled loops run on all cores at once."""
+def local_executor(function: Callable[[Any, Stop], Any], stop: Stop, workers: int | None = None
+                   ) -> Iterator[Executor]:
+    """Give an `Executor` of threads, one a core by default, that call `function(job, stop)`."""
+    workers = workers or os.cpu_count() or 1
     with ThreadPoolExecutor(workers) as pool:
         try:
-            yield Engine(f'{workers} at once', lambda run: pool.submit(measure, run, stop),
-                         Future.result, ahead=4 * workers)
+            yield Executor(f'{workers} at once', lambda job: pool.submit(function, job, stop),
+                           Future.result, max_pending=4 * workers)
         except BaseException:
             stop.set()
             pool.shutdown(cancel_futures=True)
@@ -112,69 +107,57 @@ def this_machine(workers, stop):
 
 
 @contextmanager
-def cluster(address):
-    """
-    Give an `Engine` of the workers of a Dask scheduler.
-
-    Raises
-    ------
-    EngineError: if no scheduler answers.
-
-    """
-    client = _connected(address)
+def dask_executor(address: str) -> Iterator[Executor]:
+    """Give an `Executor` of a scheduler's workers; raise ClusterError if it does not answer."""
+    import asyncio
+    client = _connect(address)
     loop = client.loop.asyncio_loop
 
-    def submit(run):
+    def submit(run: Run) -> Future:
         job = client.submit(measure, run, pure=False)
-        return asyncio.run_coroutine_threadsafe(_fetched(client, job), loop)
+        # Results of runs that end together come in one message.
+        return asyncio.run_coroutine_threadsafe(client.gather(job, asynchronous=True), loop)
     try:
-        yield Engine('on the cluster', submit, lambda job: _result(job, address), AHEAD)
+        yield Executor('on the cluster', submit, lambda job: _result(job, address),
+                       max_pending=500)
     finally:
-        client.close(timeout=PATIENCE)
+        client.close(timeout=CONNECT_TIMEOUT)
 
 
-async def _fetched(client, job):
-    """Wait for a run and return its measures; of those that end together in one message."""
-    return await client.gather(job, asynchronous=True)
-
-
-def _result(job, address):
+def _result(job: Future, address: str) -> Any:
     from distributed.comm import CommClosedError
     try:
         return job.result()
     except MISTAKES:
         raise
     except (CancelledError, CommClosedError) as error:
-        raise EngineError(f'the cluster at {address} went away') from error
+        raise ClusterError(f'the cluster at {address} was lost') from error
     except Exception as error:
-        raise EngineError(f'the cluster at {address} cannot do a run ({_cause(error)})') from error
+        cause: BaseException = error
+        while cause.__cause__ is not None:
+            cause = cause.__cause__
+        reason = ' '.join(f'{type(cause).__name__}: {cause}'.split())
+        raise ClusterError(f'the cluster at {address} cannot do a run ({reason})') from error
 
 
-def _cause(error):
-    """Return what an exception began with, in one line."""
-    while error.__cause__ is not None:
-        error = error.__cause__
-    return ' '.join(f'{type(error).__name__}: {error}'.split())
-
-
-def _connected(address):
+def _connect(address: str) -> Any:
+    """Return a Dask client."""
+    import asyncio
     try:
-        from distributed import Client
+        from distributed import Client, rpc
     except ImportError:
-        raise EngineError("a scheduler needs the Python package 'distributed', which is missing: "
-                          'pip install distributed') from None
+        raise ClusterError("a scheduler needs the Python package 'distributed', which is missing: "
+                           'pip install distributed') from None
     for name in ('distributed', 'distributed.client'):
-        logging.getLogger(name).setLevel(logging.CRITICAL)  # what matters is said once, by us
+        logging.getLogger(name).setLevel(logging.CRITICAL)  # we log what matters, once
+
+    async def identify() -> None:  # `Client` alone waits for a silent scheduler forever
+        async with (asyncio.timeout(CONNECT_TIMEOUT),
+                    rpc(address, timeout=CONNECT_TIMEOUT) as scheduler):
+            await scheduler.identity()
     try:
-        asyncio.run(_identity(address))
-        return Client(address, timeout=PATIENCE)
+        asyncio.run(identify())
+        return Client(address, timeout=CONNECT_TIMEOUT)
     except Exception as error:
-        raise EngineError(f'a Dask scheduler must answer within {PATIENCE:.0f} s, and none does '
-                          f'at {address!r}') from error
-
-
-async def _identity(address):
-    """Return what a scheduler says of itself; `Client` alone waits for a silent one forever."""
-    from distributed import rpc
-    async with asyncio.timeout(PATIENCE), rpc(address, timeout=PATIENCE) as scheduler:
-        return await scheduler.identity()
+        raise ClusterError(f'a Dask scheduler must answer within {CONNECT_TIMEOUT:.0f} s, and '
+                           f'none does at {address!r}') from error

@@ -1,33 +1,39 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`reproduce`: every figure of the report, computed in parallel, resumed, drawn, compared."""
+"""`reproduce`: every figure of the report, computed in parallel, resumed, plotted, compared."""
 
 import argparse
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 import fcntl
 from pathlib import Path
 
-from comply_ros.experiments.extra_figures import own_figures
-from comply_ros.experiments.figure_plots import DRAWINGS
-from comply_ros.experiments.plot_style import save
-from comply_ros.experiments.report_figures import Mentors, report_figures
-from comply_ros.experiments.report_markdown import write_page
-from comply_ros.experiments.result_cache import Cells
+from comply_ros.experiments import training_runs
+from comply_ros.experiments.executors import completed, local_executor
+from comply_ros.experiments.extra_figures import extra_figures
+from comply_ros.experiments.figure_plots import PLOTS
+from comply_ros.experiments.report_figures import all_runs, Figure, Mentors, report_figures
+from comply_ros.experiments.report_files import count_verdicts, numbers_of, write_page
+from comply_ros.experiments.result_cache import ResultCache
 from comply_ros.experiments.results import Results
-from comply_ros.experiments.results_json import numbers_of
-from comply_ros.experiments.run_missing import complete, FigureError
+from comply_ros.experiments.training_runs import Run, RunResult
 from comply_ros.learner.presets import METHODS
 from comply_ros.mentor.policy_text import format_policy
+from comply_ros.plots.grid_plot import write_picture
 from comply_ros.storage.map_files import read_map
 from comply_ros.storage.mentor_cache import read_mentor_spec
 from comply_ros.storage.run_files import OutputError, prepare_folder, write_json
 from comply_ros.terminal.console import console, progress_bar
-from comply_ros.terminal.interrupts import check, interrupts
+from comply_ros.terminal.interrupts import check, interrupts, Stop
 from comply_ros.terminal.training_options import guarded, MISTAKES
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import optimal_policy
 
 
-def main(argv):
+class FigureError(ValueError):
+    """A figure that does not exist or cannot be plotted; the message names it."""
+
+
+def main(argv: Sequence[str]) -> int:
     """Run the command; return the exit code."""
     parser = argparse.ArgumentParser(
         'reproduce', description='Regenerate the figures of the report, and compare them.')
@@ -39,118 +45,140 @@ def main(argv):
     add('--mentors', metavar='DIR', help='a folder with mentor_1.txt (99.9 %%) and mentor_3.txt '
         '(50 %%) to use instead of generated mentors')
     add('--out', metavar='DIR', help='(default: runs/reproduce-PROFILE)')
-    add('--redraw', action='store_true', help='draw again what is there, without computing')
-    add('--page', metavar='FILE', help='write the page there too, its pictures beside it')
-    given = parser.parse_args(argv[1:])
-    return guarded('reproduce', (*MISTAKES, FigureError), lambda: run(given))
+    add('--redraw', action='store_true', help='plot what was computed, compute nothing')
+    add('--page', metavar='FILE', help='also write the page to this file, its pictures beside it')
+    options = parser.parse_args(argv[1:])
+    return guarded('reproduce', (*MISTAKES, FigureError), lambda: run(options))
 
 
-def run(given):
-    """Compute what is missing, draw, compare, write; return the exit code."""
-    if given.seeds < 1:
-        raise FigureError(f'seeds must be at least 1, got {given.seeds}')
-    if given.profile not in METHODS:
-        raise FigureError(f'profile must be one of {", ".join(METHODS)}, got {given.profile!r}')
-    out = prepare_folder(given.out or Path('runs') / f'reproduce-{given.profile}')
-    with held(out):
-        mentors = mentors_of(given, out)
-        figures = chosen(given, mentors)
-        results = Results(Cells(out / 'data', given.seeds), given.profile)
-        complete(figures, results.cells, given.redraw, out)
+def run(options: argparse.Namespace) -> int:
+    """Compute what is missing, plot, compare, write; return the exit code."""
+    if options.seeds < 1:
+        raise FigureError(f'seeds must be at least 1, got {options.seeds}')
+    if options.profile not in METHODS:
+        raise FigureError(f'profile must be one of {", ".join(METHODS)}, got {options.profile!r}')
+    out = prepare_folder(options.out or Path('runs') / f'reproduce-{options.profile}')
+    json, pages = out / 'results.json', [out / 'results.md']
+    if options.page:
+        pages.append(Path(options.page))
+    with lock_folder(out):
+        mentors = _mentors(options, out)
+        figures = _chosen_figures(options, mentors)
+        results = Results(ResultCache(out / 'data', options.seeds), options.profile)
+        _complete(figures, results.cells, options)
         numbers = numbers_of(results, figures, mentors)
-        write_results(out / 'results.json', numbers)
-        pages = [out / 'results.md'] + ([Path(given.page)] if given.page else [])
-        with interrupts() as stop, progress_bar() as bar:
-            draw(figures, results, out, stop, bar)
+        try:
+            write_json(json, numbers)
+        except OSError as error:
+            raise OutputError(
+                f'{json} must be writable ({str(error.strerror).lower()})') from None
+        _plot(figures, results, out / 'figures')
         for page in pages:
             write_page(page, numbers, figures, out / 'figures')
-    tell(numbers, out, pages)
+    agree, count = count_verdicts(numbers)
+    if count:
+        console.print(f'\n{agree} of {count} figures agree with the report')
+    for path in (out / 'figures', json, *pages):
+        console.print(f'  {path}', soft_wrap=True)
     return 0
 
 
 @contextmanager
-def held(out):
-    """
-    Hold a folder for one `reproduce`.
-
-    Raises
-    ------
-    FigureError: if another one is at work in it.
-
-    """
+def lock_folder(out: Path) -> Iterator[None]:
+    """Lock a folder for one `reproduce`; raise FigureError if another one uses it."""
     with (out / '.lock').open('w') as lock:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            raise FigureError(f'{out} must have one reproduce at work, and another one is: wait '
-                              'for it, or give another --out') from None
+            raise FigureError(f'{out} must be used by one reproduce at a time, and another one '
+                              'uses it: wait for it, or choose another --out') from None
         yield
 
 
-def mentors_of(given, out):
+def _mentors(options: argparse.Namespace, out: Path) -> Mentors:
     """
-    Return the `Mentors`: generated ones, or those of the folder that was given.
+    Return the mentors: generated ones, or those of the folder that was given.
 
     The optimal one of the published runs was planned with slips that can bump, though in them
     none did: it is planned in `maze`, and written to a file to be used in `maze_as_run`.
     """
     mentors = Mentors()
-    if given.profile == 'published':
-        world = World(read_map('maze', given.profile))
+    if options.profile == 'published':
+        world = World(read_map('maze', options.profile))
         path = prepare_folder(out / 'mentors') / 'optimal.txt'
         path.write_text(format_policy(optimal_policy(world), world))
         mentors = mentors._replace(optimal=f'file:{path}')
-    if given.mentors:
-        folder = Path(given.mentors).expanduser()
+    if options.mentors:
+        folder = Path(options.mentors).expanduser()
         mentors = mentors._replace(good=f'file:{folder / "mentor_1.txt"}',
                                    bad=f'file:{folder / "mentor_3.txt"}')
         for spec in (mentors.good, mentors.bad):
-            read_mentor_spec(spec)  # they must be there, whatever is drawn
+            read_mentor_spec(spec)  # an error if it is missing, even if no figure needs it
     return mentors
 
 
-def chosen(given, mentors):
-    """
-    List of the figures that were asked for.
-
-    Raises
-    ------
-    FigureError: for a name that no figure has.
-
-    """
-    figures = report_figures(given.profile, mentors) + own_figures(given.profile, mentors)
+def _chosen_figures(options: argparse.Namespace, mentors: Mentors) -> list[Figure]:
+    """Return the figures that were asked for; raise FigureError for an unknown name."""
+    figures = [*report_figures(options.profile, mentors), *extra_figures(options.profile, mentors)]
     names = [figure.name for figure in figures]
-    for name in given.figures or ():
+    for name in options.figures or ():
         if name not in names:
             raise FigureError(f'a figure must be one of {", ".join(names)}, got {name!r}')
-    return [each for each in figures if not given.figures or each.name in given.figures]
+    return [each for each in figures if not options.figures or each.name in options.figures]
 
 
-def draw(figures, results, out, stop, bar):
-    """Draw the figures into the folder."""
-    folder = prepare_folder(out / 'figures')
-    task = bar.add_task(
-        'drawing', total=sum(each.kind != 'table' for each in figures), now='')
-    for figure in figures:
-        check(stop)
-        if figure.kind == 'table':
-            continue
-        save(DRAWINGS[figure.kind](figure, results), folder / f'{figure.name}.png')
-        bar.update(task, advance=1, now=figure.name)
+def _complete(
+        figures: Sequence[Figure], cache: ResultCache, options: argparse.Namespace) -> None:
+    """Add the missing cells to the cache; with `--redraw` raise FigureError instead."""
+    runs = all_runs(figures)
+    for run in runs:
+        training_runs.validate_run(run)
+    watched = set(all_runs(figure for figure in figures if figure.kind == 'changes'))
+    missing = [run for run in runs if not cache.has(run, run in watched)]
+    curves = [run for figure in figures for run in figure.greedy_curve_runs()
+              if not cache.has_greedy_curve(run)]
+    if options.redraw and missing + curves:
+        raise FigureError(f'--redraw must find all cells with {cache.seeds} seeds in '
+                          f'{cache.folder}, but {len(missing + curves)} are missing')
+    with interrupts() as stop:
+        if missing:
+            _compute(missing, watched, cache, stop)
+        for run in curves:
+            check(stop)
+            cache.save_greedy_curve(run, training_runs.greedy_curve(run))
 
 
-def write_results(path, numbers):
-    """Write the numbers; raises OutputError if that cannot be."""
+def _compute(missing: Sequence[Run], watched: set[Run], cache: ResultCache, stop: Stop) -> None:
+    """Compute the missing cells on all cores; save each as soon as all its seeds are done."""
+    results: dict[Run, dict[int, RunResult]] = {run: {} for run in missing}
+
+    def learn(job: tuple[Run, int], stop: Stop) -> RunResult | None:
+        run, seed = job
+        return training_runs.learn(run._replace(seed=seed), stop, run in watched)
+    jobs = ((run, seed) for run in missing for seed in range(cache.seeds))
     try:
-        write_json(path, numbers)
-    except OSError as error:
-        raise OutputError(f'{path} must be writable ({error.strerror.lower()})') from None
+        with progress_bar() as bar, local_executor(learn, stop) as executor:
+            task = bar.add_task('learning', total=len(missing) * cache.seeds, now='')
+            for (run, seed), result in completed(executor, ((job, job) for job in jobs), stop):
+                results[run][seed] = result
+                if len(results[run]) == cache.seeds:
+                    by_seed = results.pop(run)
+                    cache.save(run, [by_seed[seed] for seed in range(cache.seeds)])
+                bar.update(task, advance=1, now=run.method)
+    except BaseException:
+        console.print(f'{sum(map(cache.has, missing))} of {len(missing)} cells were computed and '
+                      f'are kept in {cache.folder}; the same command continues from there')
+        raise
 
 
-def tell(numbers, out, pages):
-    """Print how many figures agree, and where everything is."""
-    verdicts = [each['agrees'] for each in numbers['figures'].values() if 'agrees' in each]
-    if verdicts:
-        console.print(f'\n{sum(verdicts)} of {len(verdicts)} figures agree with the report')
-    for path in (out / 'figures', out / 'results.json', *pages):
-        console.print(f'  {path}', soft_wrap=True)
+def _plot(figures: Sequence[Figure], results: Results, folder: Path) -> None:
+    """Write the pictures of the figures."""
+    prepare_folder(folder)
+    plotted = [figure for figure in figures if figure.kind != 'table']
+    with interrupts() as stop, progress_bar() as bar:
+        task = bar.add_task('drawing', total=len(plotted), now='')
+        for figure in plotted:
+            check(stop)
+            plot = PLOTS[figure.kind](figure, results)
+            write_picture(plot, folder / f'{figure.name}.png', dpi=120, effort=9)
+            bar.update(task, advance=1, now=figure.name)

@@ -1,15 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Cells of an experiment on disk: one run repeated with many seeds, computed once."""
+"""Results on disk: a cell is one run repeated with many seeds, computed once."""
 
+from collections.abc import Mapping, Sequence
 import hashlib
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from zipfile import BadZipFile
 import zlib
 
 import numpy as np
+from numpy.typing import NDArray
 
-from comply_ros.experiments.training_runs import Growth, yardstick_of
+from comply_ros.experiments.training_runs import GreedyCurve, reference_returns_of, Run, RunResult
 from comply_ros.numerics.jit import source_hash
 from comply_ros.storage.mentor_cache import read_mentor_spec
 from comply_ros.storage.run_files import aside
@@ -17,102 +19,80 @@ from comply_ros.storage.run_files import aside
 
 class CellData(NamedTuple):
     """
-    What came of one run with the seeds 0, 1, ...
+    Results of one run with the seeds 0, 1, ..., as in `RunResult`.
 
-    Attributes
-    ----------
-    returns: `returns[seed, iteration]`, mean of an episode.
-    changes: `changes[seed, iteration]`, largest change of an action value; empty if not watched.
-    steps: `steps[seed]`, actions taken.
-    confidence, visited, q: of the learner with seed 0, by state.
-
+    returns, changes: `returns[seed, iteration]`. steps: `steps[seed]`. confidence, visited, q: of
+    the learner with seed 0.
     """
 
-    returns: np.ndarray
-    changes: np.ndarray
-    steps: np.ndarray
-    confidence: np.ndarray
-    visited: np.ndarray
-    q: np.ndarray
+    returns: NDArray[np.float64]
+    changes: NDArray[np.float64]
+    steps: NDArray[np.int64]
+    confidence: NDArray[np.float64]
+    visited: NDArray[np.bool_]
+    q: NDArray[np.float64]
 
 
-class Cells:
+class ResultCache:
     """
     A folder of cells, each a file named by what was run and by the sources of core.
 
-    Parameters
-    ----------
-    folder: where the files are.
     seeds: how many seeds a cell must have.
-
     """
 
-    def __init__(self, folder, seeds):
-        self.folder, self.seeds, self._loaded = Path(folder), seeds, {}
+    def __init__(self, folder: str | Path, seeds: int) -> None:
+        self.folder, self.seeds = Path(folder), seeds
+        self._loaded: dict[Path, CellData] = {}
 
-    def has(self, run, watched=False):
-        """Tell whether the cell is there, whole, with enough seeds, and watched if it must be."""
+    def has(self, run: Run, watched: bool = False) -> bool:
+        """Tell whether a whole cell is there, with enough seeds; watched: and with changes."""
         cell = self._read(run)
         return cell is not None and (cell.changes.size > 0 or not watched)
 
-    def load(self, run):
-        """
-        Return the `CellData` of a run.
-
-        Raises
-        ------
-        KeyError: if it is not there.
-
-        """
+    def load(self, run: Run) -> CellData:
+        """Return the cell of a run; raise KeyError if it is not there."""
         cell = self._read(run)
         if cell is None:
             raise KeyError(run)
         return cell
 
-    def save(self, run, learned):
-        """
-        Write a cell aside, then rename it; learned: `Learned` of the seeds 0, 1, ...
-
-        Raises
-        ------
-        OSError: naming the file, if it cannot be written.
-
-        """
-        first = learned[0]
+    def save(self, run: Run, results: Sequence[RunResult]) -> None:
+        """Write the cell of the results of the seeds 0, 1, ...; an OSError names the file."""
+        first = results[0]
         cell = CellData(
-            np.array([each.returns for each in learned]),
-            np.array([each.changes for each in learned]),
-            np.array([each.steps for each in learned]),
+            np.array([each.returns for each in results]),
+            np.array([each.changes for each in results]),
+            np.array([each.steps for each in results]),
             np.array(first.confidence), first.visited, first.q)
         path = self._path(run)
         _write_whole(path, cell._asdict())
         self._loaded[path] = cell
 
-    def has_growth(self, run):
-        """Tell whether the growth of a learner is there."""
-        return self._growth_path(run).exists()
+    def has_greedy_curve(self, run: Run) -> bool:
+        """Tell whether the `GreedyCurve` of a run is there."""
+        return self._greedy_curve_path(run).exists()
 
-    def save_growth(self, run, growth):
-        """Write what `runs.growth` returns; raises OSError."""
-        _write_whole(self._growth_path(run), growth._asdict())
+    def save_greedy_curve(self, run: Run, curve: GreedyCurve) -> None:
+        """Write the `GreedyCurve` of a run; an OSError names the file."""
+        _write_whole(self._greedy_curve_path(run), curve._asdict())
 
-    def load_growth(self, run):
-        """Return the `Growth` that was saved; raises OSError."""
-        with np.load(self._growth_path(run)) as file:
-            return Growth(**{name: file[name] for name in file})
+    def load_greedy_curve(self, run: Run) -> GreedyCurve:
+        """Return the `GreedyCurve` of a run; raise OSError if it cannot be read."""
+        with np.load(self._greedy_curve_path(run)) as file:
+            return GreedyCurve(**{name: file[name] for name in file})
 
-    def _growth_path(self, run):
+    def _greedy_curve_path(self, run: Run) -> Path:
         path = self._path(run)
         return path.with_name(f'growth-{path.name}')
 
-    def _path(self, run):
+    def _path(self, run: Run) -> Path:
         spec = read_mentor_spec(run.mentor)  # files count by what is in them, not by their names
-        grid = yardstick_of(run).world.grid.sha256
+        grid = reference_returns_of(run).world.grid.sha256
         key = repr((run._replace(seed=0, mentor='', map=''), spec, grid, source_hash()))
         name = hashlib.sha256(key.encode()).hexdigest()[:16]
         return self.folder / f'{Path(run.map).stem}-{run.method}-{name}.npz'
 
-    def _read(self, run):
+    def _read(self, run: Run) -> CellData | None:
         path = self._path(run)
         if path not in self._loaded:
             try:
@@ -127,8 +107,8 @@ class Cells:
                              steps=cell.steps[:self.seeds])
 
 
-def _write_whole(path, arrays):
-    """Write arrays to an .npz file; an error names it."""
+def _write_whole(path: Path, arrays: Mapping[str, Any]) -> None:
+    """Write arrays to an .npz file, whole or not at all; an OSError names it."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with aside(path) as part, part.open('wb') as file:

@@ -1,42 +1,43 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What many seeds say together: bands of curves, intervals of means."""
+"""Statistics over seeds: bands of curves, intervals of means."""
 
-from math import pi, sqrt, tan
+from collections.abc import Iterable
+from math import nan, pi, sqrt, tan
 
 import numpy as np
+from numpy.typing import NDArray
 
 from comply_ros.numerics.summation import sum_in_order
 
-LEVEL_NAMES = {1.0: '100 %', 0.999: '99.9 %', 0.74: '~74 %', 0.5: '50 %'}
 Z = 1.959963984540054  # 97.5 % of a normal distribution lie below
 
 
-def band(values):
+def band(values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the 10th and the 90th percentile over the seeds of `values[seed, iteration]`."""
     return np.percentile(values, (10, 90), axis=0)
 
 
-def interval(values):
+def interval(values: Iterable[float | None]) -> tuple[float, float, float]:
     """
-    Mean of values over seeds and its 95 % interval, by Student's t.
+    Mean of values over seeds and its 95 % interval, by Student's t: `mean, low, high`.
 
-    values: numbers; None (a ratio of no time) is left out. Returns `mean, low, high`: nan without
-    any number, the mean alone with one.
+    None (a ratio of no time) is left out. All three are nan without a number, and the same with
+    one.
     """
     numbers = np.array([each for each in values if each is not None], dtype=float)
     if not len(numbers):
-        return (float('nan'),) * 3
+        return nan, nan, nan
     mean, half = float(numbers.mean()), 0.0
     if len(numbers) > 1:
-        half = student(len(numbers) - 1) * float(numbers.std(ddof=1)) / len(numbers) ** 0.5
+        half = student_t(len(numbers) - 1) * float(numbers.std(ddof=1)) / len(numbers) ** 0.5
     return mean, mean - half, mean + half
 
 
-def student(freedom):
+def student_t(freedom: int) -> float:
     """
     Return the t below which 97.5 % of Student's distribution lie.
 
-    freedom: degrees of it. By the expansion in 1 / freedom (Abramowitz and Stegun, 26.7.5).
+    freedom: its degrees of freedom. Abramowitz and Stegun, 26.7.5: an expansion in 1 / freedom.
     """
     z, n = Z, freedom
     if n <= 2:  # where the expansion is poor, and the distribution has a closed form

@@ -1,25 +1,28 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`train`: the same learning in one process, for one seed or for many in parallel."""
+"""`train`: the same training in one process, for one seed or for many in parallel."""
 
-from concurrent.futures import as_completed, ThreadPoolExecutor
-import os
+from collections.abc import Callable, Sequence
 import time
 
+import numpy as np
+from numpy.typing import NDArray
+
+from comply_ros.experiments.executors import completed, local_executor
 from comply_ros.learner.learner_config import ConfigError
-from comply_ros.learner.training import Training
+from comply_ros.learner.training import IterationResult, Training
 from comply_ros.mentor.advice_budget import AdviceBudget
 from comply_ros.plots.plot_process import plot_process
 from comply_ros.storage.mentor_cache import is_slow, mentor_policy
 from comply_ros.storage.run_files import save_learning
-from comply_ros.terminal.console import progress_bar, words
-from comply_ros.terminal.interrupts import check, interrupts
+from comply_ros.terminal.console import Progress, progress_bar, words
+from comply_ros.terminal.interrupts import check, interrupts, Stop
 from comply_ros.terminal.run_report import end_session
-from comply_ros.terminal.training_options import main_with, training_parser
+from comply_ros.terminal.training_options import main_with, training_parser, TrainingOptions
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import ReferenceReturns
 
 
-def main(argv):
+def main(argv: Sequence[str]) -> int:
     """Run the command; return the exit code."""
     parser = training_parser('train', 'Learn in one process: the same bits as the nodes, faster.')
     parser.add_argument('--seeds', type=int, default=1, metavar='N',
@@ -27,79 +30,64 @@ def main(argv):
     return main_with(parser, run, argv)
 
 
-def run(options):
-    """Train for every seed, write the results, return the exit code."""
+def run(options: TrainingOptions) -> int:
+    """Train with every seed, write the results, return the exit code."""
     count = options.rest.seeds
     if count < 1:
         raise ConfigError(f'seeds must be at least 1, got {count}')
-    with plot_process() as paint:
-        return train(options, count, paint)
+    with plot_process() as plot:
+        world = World(options.grid)
+        reference = ReferenceReturns(world)  # before the training: it finds maps without end
+        with interrupts() as stop, progress_bar() as bar:
+            advice = _advice(options, world, bar, stop)
+            task = bar.add_task(options.method, total=count * options.row.iterations, now='')
 
+            def show(iteration: IterationResult) -> None:
+                now = words(iteration.mean_return, iteration.confidence) if count == 1 else ''
+                bar.update(task, advance=1, now=now)
 
-def train(options, count, paint):
-    """Train with that many seeds, write the results, return the exit code."""
-    world = World(options.grid)
-    reference = ReferenceReturns(world)  # before the learning: it finds maps without end
-    with interrupts() as stop, progress_bar() as bar:
-        advice = make_mentor(options, world, bar, stop)
-        task = bar.add_task(options.method, total=count * options.row.iterations, now='')
-
-        def tell(iteration):
-            now = words(iteration.mean_return, iteration.confidence) if count == 1 else ''
-            bar.update(task, advance=1, now=now)
-        outcomes = train_all(options, world, advice, range(options.seed, options.seed + count),
-                             tell, stop)
-    end_session(options, reference, advice, outcomes, paint)
+            def train(seed: int, stop: Stop) -> dict | None:
+                return train_seed(options, world, advice, seed, show, stop)
+            seeds = range(options.seed, options.seed + count)
+            with local_executor(train, stop) as executor:
+                results = dict(completed(executor, zip(seeds, seeds), stop))
+        end_session(options, reference, advice, [results[seed] for seed in seeds], plot)
     return 0
 
 
-def make_mentor(options, world, bar, stop):
-    """Return `advice[s]`; a mentor that takes long to make has a progress bar of its own."""
+def _advice(options: TrainingOptions, world: World, bar: Progress, stop: Stop
+            ) -> NDArray[np.int8]:
+    """Return `advice[s]`; a mentor that takes long to generate has its own progress bar."""
     if not is_slow(options.spec, world, options.mentor_seed):
         return mentor_policy(options.spec, world, options.mentor_seed)
     task = bar.add_task(f'mentor {options.mentor}', total=100, now='generated once')
 
-    def tell(share):
+    def show(share: float) -> None:
         check(stop)
         bar.update(task, completed=round(100 * share))
-    advice = mentor_policy(options.spec, world, options.mentor_seed, tell)
+    advice = mentor_policy(options.spec, world, options.mentor_seed, show)
     bar.update(task, completed=100)
     return advice
 
 
-def train_all(options, world, advice, seeds, tell, stop):
-    """Outcomes of all seeds, in their order; the compiled loops run on all cores at once."""
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        jobs = [pool.submit(train_one, options, world, advice, seed, tell, stop) for seed in seeds]
-        try:
-            for job in as_completed(jobs):
-                job.result()
-        except BaseException:
-            stop.set()
-            pool.shutdown(cancel_futures=True)
-            raise
-    check(stop)
-    return [job.result() for job in jobs]
-
-
-def train_one(options, world, advice, seed, tell, stop):
+def train_seed(options: TrainingOptions, world: World, advice: NDArray[np.int8], seed: int,
+               on_iteration: Callable[[IterationResult], None], stop: Stop) -> dict | None:
     """
-    Return the outcome of one seed; tell is called with every `IterationResult`.
+    Return the result of one seed; None if `stop` is set after an iteration.
 
-    What the first seed of the session learned is written to `learning.npz`. An `Stop` that is
-    set stops it after the iteration, without an outcome.
+    Writes `learning.npz` after the training with the first seed.
     """
     mentor = AdviceBudget(world, advice, options.budget, options.advising)
     training = Training(world, mentor, options.row, seed)
-    begin, returns, steps = time.perf_counter(), [], 0
+    start, returns, steps = time.perf_counter(), [], 0
     for _ in range(options.row.iterations):
         iteration = training.iterate()
         returns.append(iteration.mean_return)
         steps += iteration.steps
-        tell(iteration)
+        on_iteration(iteration)
         if stop.is_set():
             return None
-    seconds = time.perf_counter() - begin
+    seconds = time.perf_counter() - start
     if seed == options.seed:
         save_learning(options.out / 'learning.npz', options.row, training.state,
                       advice.tolist())

@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One learning in process from its first iteration to its last, asked for in plain values."""
+"""One training in process from its first iteration to its last, described by plain values."""
 
+from collections.abc import Callable
 from dataclasses import replace
-from functools import lru_cache
-from threading import Lock
-from typing import NamedTuple
+from functools import lru_cache, wraps
+from threading import RLock
+from typing import NamedTuple, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from comply_ros.learner import metrics
 from comply_ros.learner.confidence import confidence_map
@@ -17,88 +19,88 @@ from comply_ros.mentor.advice_budget import AdviceBudget, validate_advice_budget
 from comply_ros.mentor.policy_text import parse_policy, PolicyError
 from comply_ros.storage.map_files import read_map
 from comply_ros.storage.mentor_cache import mentor_policy, read_mentor_spec
+from comply_ros.terminal.interrupts import Stop
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import greedy, ReferenceReturns
 
-PUBLISHED_MAZES = ('maze', 'maze_as_run')
-EVERY = 10  # iterations between two looks at a learner's greedy policy
-COUNTED = 399  # iterations over which regret is summed: as many as the published runs had
+GREEDY_PERIOD = 10  # iterations between two points of a `GreedyCurve`
+REGRET_ITERATIONS = 399  # over which regret is summed: as many as the published runs had
 
-_making = Lock()  # a world or a mentor is made once, not once a thread
+T = TypeVar('T')
+_lock = RLock()
 
 
 class Run(NamedTuple):
-    """
-    What to learn: the same values as the options of `train`.
-
-    Attributes
-    ----------
-    settings: `((field, value), ...)` of the method that differ from its row.
-
-    """
+    """What to learn, as in the options of `train`; settings: `((field, value), ...)`."""
 
     map: str = 'maze'
     profile: str = 'published'
     method: str = 'beta_implicit'
-    settings: tuple = ()
+    settings: tuple[tuple[str, object], ...] = ()
     mentor: str = 'none'
     mentor_seed: int = 0
     budget: int = 0
     advising: str = 'early'
     seed: int = 0
 
+    def cell_name(self) -> str:
+        """Return the name of the run's cell: everything but the seed."""
+        parts = [self.map, self.profile, self.method,
+                 *(f'{name}={value}' for name, value in self.settings)]
+        if self.mentor != 'none':
+            parts.append(f'mentor {self.mentor}')
+        if self.mentor_seed:
+            parts.append(f'mentor seed {self.mentor_seed}')
+        if self.budget:
+            parts.append(f'budget {self.budget} {self.advising}')
+        return ', '.join(parts)
 
-class Learned(NamedTuple):
+
+class RunResult(NamedTuple):
     """
-    What came of a run.
+    What a run returned and learned.
 
-    Attributes
-    ----------
-    returns: mean return of each iteration.
-    changes: largest change of an action value in each iteration, [] if it was not watched.
-    confidence: `p[s]` at the end. visited: `visited[s]`, bool. q: `q[s, a]`.
-    steps: actions taken. digest: of the learner's arrays.
-
+    returns, changes: of each iteration, the mean return and the largest change of an action value
+        ([] if it was not watched). steps: actions taken. digest: of the learner's arrays.
+    confidence, visited, q: `p[s]`, `visited[s]` and `q[s, a]` at the end.
     """
 
-    returns: list
-    changes: list
-    confidence: list
-    visited: np.ndarray
-    q: np.ndarray
+    returns: list[float]
+    changes: list[float]
+    confidence: list[float]
+    visited: NDArray[np.bool_]
+    q: NDArray[np.float64]
     steps: int
     digest: str
 
 
-def row_of(run):
-    """
-    Return the `LearnerConfig` of a run, with its settings.
+class GreedyCurve(NamedTuple):
+    """Iterations, the learner's mean return in each, the exact return of its greedy policy."""
 
-    Raises
-    ------
-    MethodError: for an unknown method, profile or field, or a value that the field cannot have.
+    numbers: list[int]
+    learner: list[float]
+    greedy: list[float]
 
-    """
-    values = {name: getattr(with_text(LearnerConfig(), name, str(value)), name)
-              for name, value in run.settings}
-    row = replace(find_method(run.method, run.profile), **values)
-    if row.iterations == 0:
+
+def setting_value(name: str, value: object) -> object:
+    """Return the value of a field in its type; raise ConfigError if the field cannot have it."""
+    return getattr(with_text(LearnerConfig(), name, str(value)), name)
+
+
+def config_of(run: Run) -> LearnerConfig:
+    """Return the `LearnerConfig` of a run; raise ConfigError if there is none."""
+    settings = {name: setting_value(name, value) for name, value in run.settings}
+    config = replace(find_method(run.method, run.profile), **settings)
+    if config.iterations == 0:
         raise ConfigError('a run needs an end: iterations must be at least 1, got 0')
-    return row
+    return config
 
 
-def check_run(run):
-    """
-    Return if a run can be; its mentor is not generated for that.
-
-    Raises
-    ------
-    ValueError: naming the thing, the rule and the value.
-
-    """
-    row_of(run)
-    world = yardstick_of(run).world
+def validate_run(run: Run) -> None:
+    """Return if a run is valid, without generating its mentor; raise a ValueError otherwise."""
+    config_of(run)
+    world = reference_returns_of(run).world
     spec = read_mentor_spec(run.mentor)
     if spec.kind == 'file':
         try:
@@ -108,102 +110,91 @@ def check_run(run):
     validate_advice_budget(run.budget, run.advising)
 
 
-@lru_cache(maxsize=64)
-def _yardstick(name, profile):
-    return ReferenceReturns(World(read_map(name, profile)))
+def _cached_by(*names: str) -> Callable[[Callable[[Run], T]], Callable[[Run], T]]:
+    """Cache a function of a `Run` by these fields; one thread at a time computes."""
+    def decorate(function: Callable[[Run], T]) -> Callable[[Run], T]:
+        cached = lru_cache(maxsize=64)(function)
+
+        @wraps(function)
+        def compute_once(run: Run) -> T:
+            with _lock:
+                return cached(Run(**{name: getattr(run, name) for name in names}))
+        return compute_once
+    return decorate
 
 
-def yardstick_of(run):
-    """`ReferenceReturns` of a run's world, made once in a process."""
-    with _making:
-        return _yardstick(run.map, run.profile)
+@_cached_by('map', 'profile')
+def reference_returns_of(run: Run) -> ReferenceReturns:
+    """Return the `ReferenceReturns` of a run's world."""
+    return ReferenceReturns(World(read_map(run.map, run.profile)))
 
 
-@lru_cache(maxsize=64)
-def _advice(name, profile, mentor, seed):
-    spec = read_mentor_spec(mentor)
-    return mentor_policy(spec, _yardstick(name, profile).world, seed)
+@_cached_by('map', 'profile', 'mentor', 'mentor_seed')
+def advice_of(run: Run) -> NDArray[np.int8]:
+    """Return `advice[s]` of a run's mentor."""
+    world = reference_returns_of(run).world
+    return mentor_policy(read_mentor_spec(run.mentor), world, run.mentor_seed)
 
 
-def advice_of(run):
-    """`advice[s]` of a run's mentor, made once in a process."""
-    with _making:
-        return _advice(run.map, run.profile, run.mentor, run.mentor_seed)
+@_cached_by('map', 'profile', 'mentor', 'mentor_seed')
+def mentor_return(run: Run) -> float | None:
+    """Exact expected return of a run's mentor, None without one."""
+    advice = advice_of(run)
+    return reference_returns_of(run).return_of(advice) if (advice != NO_ACTION).any() else None
 
 
-def learn(run, stop=None, watches_values=False):
+def learn(run: Run, stop: Stop | None = None, watches_values: bool = False) -> RunResult | None:
     """
-    Return the `Learned` of a run; None if the `Stop` stop was set on the way.
+    Return the `RunResult` of a run; None if `stop` was set on the way.
 
-    watches_values: whether to note how much the action values change in each iteration.
+    watches_values: whether to record how much the action values change in each iteration.
     """
-    world, row, advice = yardstick_of(run).world, row_of(run), advice_of(run)
-    training = Training(world, AdviceBudget(world, advice, run.budget, run.advising), row, run.seed)
+    world, config, advice = reference_returns_of(run).world, config_of(run), advice_of(run)
+    mentor = AdviceBudget(world, advice, run.budget, run.advising)
+    training = Training(world, mentor, config, run.seed)
     returns, changes, steps = [], [], 0
-    for _ in range(row.iterations):
-        before = training.state.q.copy() if watches_values else None
+    for _ in range(config.iterations):
+        before = training.state.q[world.available] if watches_values else None
         iteration = training.iterate()
         returns.append(iteration.mean_return)
         steps += iteration.steps
-        if watches_values:
-            there = world.available
-            changes.append(float(np.abs(training.state.q[there] - before[there]).max()))
+        if before is not None:
+            changes.append(float(np.abs(training.state.q[world.available] - before).max()))
         if stop is not None and stop.is_set():
             return None
-    memory = training.state
-    return Learned(returns, changes, confidence_map(row, memory, advice).tolist(),
-                   memory.departures > 1.0, memory.q, steps, memory.digest())
+    state = training.state
+    return RunResult(returns, changes, confidence_map(config, state, advice).tolist(),
+                     state.departures > 1.0, state.q, steps, state.digest())
 
 
-class Growth(NamedTuple):
-    """Iterations, the learner's mean return in each, its greedy policy's exact return."""
-
-    numbers: list
-    learner: list
-    greedy: list
-
-
-def growth(run):
-    """Return the `Growth` of a learner without a mentor, every tenth iteration."""
-    reference, row = yardstick_of(run), row_of(run)
-    world, looks = reference.world, []
-    training = Training(world, np.full(len(world.free), NO_ACTION), row, run.seed)
-    for number in range(1, row.iterations + 1):
+def greedy_curve(run: Run) -> GreedyCurve:
+    """Return the `GreedyCurve` of a learner without a mentor, a point every ten iterations."""
+    reference, config = reference_returns_of(run), config_of(run)
+    free, points = reference.world.free, []
+    training = Training(reference.world, np.full(len(free), NO_ACTION), config, run.seed)
+    for number in range(1, config.iterations + 1):
         iteration = training.iterate()
-        if number % EVERY == 0:
-            policy = greedy(training.state.q, world.free)
-            looks.append((number, iteration.mean_return, reference.return_of(policy)))
-    return Growth(*map(list, zip(*looks)))
+        if number % GREEDY_PERIOD == 0:
+            policy = greedy(training.state.q, free)
+            points.append((number, iteration.mean_return, reference.return_of(policy)))
+    return GreedyCurve(*map(list, zip(*points)))
 
 
-def reference_return(run):
+def measures(run: Run, returns: list[float]) -> dict[str, float | None]:
     """
-    Return what measures compare with: the exact return of the optimal policy.
+    Return time to convergence, reward ratio and regret of a run by name; see `learner.metrics`.
 
-    In the mazes of the profile `published`, what those runs measured, so that numbers compare.
+    In the mazes of the profile `published` they compare with the optimal return that those runs
+    measured, elsewhere with the exact one.
+
+    returns: mean return of each iteration. Those that only measure are left out; regret is that
+        of the first 399 others.
     """
-    if run.profile == 'published' and run.map in PUBLISHED_MAZES:
-        return metrics.PUBLISHED_OPTIMAL
-    return yardstick_of(run).optimal_return
-
-
-def measures(run, returns):
-    """
-    Time to convergence, reward ratio and regret of a run, as a table; see `core.metrics`.
-
-    returns: mean return of each iteration; those that only measure are left out. Regret is that of
-    the first 399.
-    """
-    counted = returns[row_of(run).measuring_iterations:]
-    optimal = reference_return(run)
+    counted = returns[config_of(run).measuring_iterations:]
+    published = run.profile == 'published' and run.map in ('maze', 'maze_as_run')
+    optimal = metrics.PUBLISHED_OPTIMAL if published else reference_returns_of(run).optimal_return
     level = metrics.threshold(run.profile, optimal)
     convergence = metrics.time_to_convergence(run.profile, counted, level)
     return {'time_to_convergence': convergence,
             'reward_ratio': metrics.reward_ratio(counted, convergence, optimal),
-            'regret': metrics.regret(counted[:COUNTED], optimal)}
-
-
-def mentor_return(run):
-    """Exact expected return of a run's mentor, None without one."""
-    advice = advice_of(run)
-    return yardstick_of(run).return_of(advice) if (advice != NO_ACTION).any() else None
+            'regret': metrics.regret(counted[:REGRET_ITERATIONS], optimal)}
