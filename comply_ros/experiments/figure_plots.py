@@ -11,14 +11,14 @@ from comply_ros.experiments.seed_statistics import band, interval, LEVEL_NAMES
 from comply_ros.plots.grid_plot import (
     BLUE,
     draw_arrows,
-    draw_trust,
     GREEN,
     grid_figure,
     INK,
     ORANGE,
     RED,
+    trust_figure,
 )
-from comply_ros.plots.training_plots import running_mean
+from comply_ros.plots.running_mean import running_mean
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.planning import optimal_policy, STOP_SHARE, sweeps_until, value_iteration
 
@@ -167,9 +167,7 @@ def draw_trust_map(figure, data):
     """Draw the arrows of the mentor, green where the learner listens, red where it does not."""
     (_, run), = figure.runs.items()
     world, cell = data.world(figure.grid), data.cell(run)
-    drawn, axes = grid_figure(world, figure.title, beside=1.2)
-    draw_trust(drawn, axes, world, data.advice(run), cell.confidence, cell.visited)
-    return drawn
+    return trust_figure(world, figure.title, data.advice(run), cell.confidence, cell.visited)
 
 
 def draw_metric(figure, data):

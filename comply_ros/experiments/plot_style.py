@@ -42,4 +42,4 @@ def new_figure(title, x, y, size=(6.6, 4.0)):
 
 def save(figure, path):
     """Write a figure in the size of the page."""
-    write_picture(figure, path, dpi=120, effort=9)
+    write_picture(figure, path, dpi=120, compression=9)

@@ -8,12 +8,11 @@ import time
 from comply_ros.learner.learner_config import ConfigError
 from comply_ros.learner.training import Training
 from comply_ros.mentor.advice_budget import AdviceBudget
-from comply_ros.plots.plot_process import plot_process
 from comply_ros.storage.mentor_cache import is_slow, mentor_policy
 from comply_ros.storage.run_files import save_learning
-from comply_ros.terminal.console import progress_bar, words
+from comply_ros.terminal.console import iteration_status, progress_bar
 from comply_ros.terminal.interrupts import check, interrupts
-from comply_ros.terminal.run_report import end_session
+from comply_ros.terminal.run_report import plot_process, report_training
 from comply_ros.terminal.training_options import main_with, training_parser
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import ReferenceReturns
@@ -29,27 +28,27 @@ def main(argv):
 
 def run(options):
     """Train for every seed, write the results, return the exit code."""
-    count = options.rest.seeds
+    count = options.args.seeds
     if count < 1:
         raise ConfigError(f'seeds must be at least 1, got {count}')
-    with plot_process() as paint:
-        return train(options, count, paint)
+    with plot_process() as plot:
+        return train(options, count, plot)
 
 
-def train(options, count, paint):
+def train(options, count, plot):
     """Train with that many seeds, write the results, return the exit code."""
     world = World(options.grid)
     reference = ReferenceReturns(world)  # before the learning: it finds maps without end
     with interrupts() as stop, progress_bar() as bar:
         advice = make_mentor(options, world, bar, stop)
-        task = bar.add_task(options.method, total=count * options.row.iterations, now='')
+        task = bar.add_task(options.method, total=count * options.config.iterations, now='')
 
         def tell(iteration):
-            now = words(iteration.mean_return, iteration.confidence) if count == 1 else ''
-            bar.update(task, advance=1, now=now)
+            bar.update(task, advance=1, now=iteration_status(
+                iteration.mean_return, iteration.confidence) if count == 1 else '')
         outcomes = train_all(options, world, advice, range(options.seed, options.seed + count),
                              tell, stop)
-    end_session(options, reference, advice, outcomes, paint)
+    report_training(options, reference, advice, outcomes, plot)
     return 0
 
 
@@ -90,9 +89,9 @@ def train_one(options, world, advice, seed, tell, stop):
     set stops it after the iteration, without an outcome.
     """
     mentor = AdviceBudget(world, advice, options.budget, options.advising)
-    training = Training(world, mentor, options.row, seed)
+    training = Training(world, mentor, options.config, seed)
     begin, returns, steps = time.perf_counter(), [], 0
-    for _ in range(options.row.iterations):
+    for _ in range(options.config.iterations):
         iteration = training.iterate()
         returns.append(iteration.mean_return)
         steps += iteration.steps
@@ -101,7 +100,7 @@ def train_one(options, world, advice, seed, tell, stop):
             return None
     seconds = time.perf_counter() - begin
     if seed == options.seed:
-        save_learning(options.out / 'learning.npz', options.row, training.memory,
+        save_learning(options.out / 'learning.npz', options.config, training.memory,
                       advice.tolist())
     return {'seed': seed, 'returns': returns, 'steps': steps, 'wall_seconds': seconds,
             'digest': training.memory.digest()}
