@@ -163,8 +163,8 @@ class TeleopMentorNode(HumanMentorNode):
                 trust = f'{confidence[robot.state]:.2f} here'
                 if len(advised):
                     mean = np.asarray(confidence)[advised].mean()
-                    trust += f', {mean:.2f} on average where you advise'
-            yield f'trust in you: {trust}; states with advice: {len(advised)}'
+                    trust += f', {mean:.2f} where you advise'
+            yield f'trust in you: {trust}; advice in {len(advised)} states'
         yield self._remark
 
     def _warn(self, msg: Rejected) -> None:
