@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Somebody who types in a terminal of the test's own."""
+"""`teleop_mentor` in a pseudo-terminal of the test, which types and reads there."""
 
 from contextlib import contextmanager
 import os
@@ -16,36 +16,36 @@ from comply_ros.nodes.node_processes import START
 CODES = re.compile(r'\x1b\[[0-9;?]*[A-Za-z]')
 
 
-class Typist:
+class PtySession:
     """
-    A terminal with `teleop_mentor` in it, and who types there.
+    A pseudo-terminal with `teleop_mentor` in it.
 
     Attributes
     ----------
-    theirs: descriptor of the terminal.
-    before: what it was set to before.
+    terminal: descriptor of the side that the node uses.
+    before: its attributes before the node started.
     text: all that was shown.
 
     """
 
     def __init__(self, *arguments):
-        self._ours, theirs = pty.openpty()
-        termios.tcsetwinsize(theirs, (40, 120))
-        self.before = termios.tcgetattr(theirs)
-        self.theirs, self.text = theirs, ''
-        os.set_blocking(self._ours, False)
+        self._user, self.terminal = pty.openpty()
+        termios.tcsetwinsize(self.terminal, (40, 120))
+        self.before, self.text = termios.tcgetattr(self.terminal), ''
+        os.set_blocking(self._user, False)
         self.process = subprocess.Popen(
-            [sys.executable, '-c', START.format('teleop_mentor'), *arguments], stdin=theirs,
-            stdout=theirs, stderr=theirs, start_new_session=True)
+            [sys.executable, '-c', START.format('teleop_mentor'), *arguments],
+            stdin=self.terminal, stdout=self.terminal, stderr=self.terminal,
+            start_new_session=True)
 
     def type(self, keys):
         """Press keys."""
-        os.write(self._ours, keys.encode())
+        os.write(self._user, keys.encode())
 
     def read(self):
         """Return all that was shown so far."""
         try:
-            self.text += os.read(self._ours, 1_000_000).decode(errors='replace')
+            self.text += os.read(self._user, 1_000_000).decode(errors='replace')
         except BlockingIOError:
             pass
         return self.text
@@ -54,7 +54,7 @@ class Typist:
         """Return the page that is shown now, as text."""
         return CODES.sub('', self.read().rpartition('\x1b[H')[2])
 
-    def sees(self, text):
+    def wait_for(self, text):
         """Wait until the page has a text."""
         try:
             wait_until(lambda: text in self.page(), f'{text!r} on the page')
@@ -62,25 +62,25 @@ class Typist:
             raise AssertionError(f'{error}, but\n{self.page()}') from None
 
     def end(self):
-        """Return the exit code, and whether the terminal is as it was."""
+        """Wait for the node to end; return its exit code, and whether the terminal is restored."""
         wait_until(lambda: self.read() is None or self.process.poll() is not None, 'end')
         self.read()
-        return self.process.wait(), termios.tcgetattr(self.theirs) == self.before
+        return self.process.wait(), termios.tcgetattr(self.terminal) == self.before
 
     def close(self):
         """End what is left."""
         if self.process.poll() is None:
             self.process.kill()
         self.process.wait()
-        os.close(self._ours)
-        os.close(self.theirs)
+        os.close(self._user)
+        os.close(self.terminal)
 
 
 @contextmanager
-def typist(*arguments):
-    """Give a `Typist`."""
-    person = Typist(*arguments)
+def pty_session(*arguments):
+    """Give a `PtySession`."""
+    session = PtySession(*arguments)
     try:
-        yield person
+        yield session
     finally:
-        person.close()
+        session.close()

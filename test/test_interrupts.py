@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Ctrl-C as a question between two steps."""
+"""Ctrl-C as a flag that is checked between two steps."""
 
 import os
 import signal
@@ -12,7 +12,7 @@ from comply_ros.terminal.interrupts import check, interrupts
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
-def test_an_interrupt_sets_the_event_and_breaks_nothing(number):
+def test_an_interrupt_sets_the_flag_and_the_old_handler_is_restored(number):
     before = signal.getsignal(number)
     with interrupts() as stop:
         check(stop)
@@ -23,7 +23,7 @@ def test_an_interrupt_sets_the_event_and_breaks_nothing(number):
     assert signal.getsignal(number) is before
 
 
-def test_signals_on_top_of_each_other_do_not_wait_for_themselves():
+def test_a_signal_during_the_handler_of_another_does_not_deadlock():
     code = """
 import os, signal, threading
 from comply_ros.terminal.interrupts import interrupts

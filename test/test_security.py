@@ -9,7 +9,7 @@ import xml.etree.ElementTree as ElementTree
 
 from ament_index_python import get_package_share_directory
 from node_processes import DEADLINE, log_has, nodes, wait_until
-from pty_session import typist
+from pty_session import pty_session
 import pytest
 import rclpy
 from rclpy.node import Node
@@ -110,7 +110,7 @@ def test_a_policy_grants_exactly_what_the_mentor_at_a_terminal_uses():
     context = rclpy.Context()
     rclpy.init(context=context)
     node = Node('test', context=context)
-    with typist():
+    with pty_session():
         end = time.monotonic() + DEADLINE / 2
         while (found := differences(node, '/', OTHERS)) and time.monotonic() < end:
             time.sleep(0.01)

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The mentor at a terminal, in a terminal of the test's own."""
+"""The human mentor at a terminal, here a pseudo-terminal of the test."""
 
 import signal
 import termios
 
 from node_processes import nodes, run
-from pty_session import typist
+from pty_session import pty_session
 import pytest
 from ros_client import caller
 
@@ -29,110 +29,114 @@ PATIENT = ('--ros-args', '-p', 'patience:=300.0')
 
 
 @pytest.fixture
-def ask(domain):
-    """Return a node that hears the others."""
+def client(domain):
+    """Give a node that receives the messages of the others."""
     with caller() as node:
         node.listen(STATE, ACTION, MENTOR_POLICY)
         yield node
 
 
-def until(ask, person, condition, what):
-    """Spin until the condition is true, and look at the page meanwhile: a full one is no page."""
-    return ask.until(lambda: person.read() is not None and condition(), what)
+def until(client, session, condition, what):
+    """Spin until the condition is true, and read the terminal meanwhile: it must not fill up."""
+    return client.until(lambda: session.read() is not None and condition(), what)
 
 
-def test_keys_steer_the_robot_and_q_leaves_the_terminal_as_it_was(tmp_path, ask):
-    with typist(*PATIENT) as person, nodes(tmp_path, grid_world=WORLD, learner=LEARNER):
+def test_keys_steer_the_robot_and_q_leaves_the_terminal_as_it_was(tmp_path, client):
+    received = client.heard
+    with pty_session(*PATIENT) as session, nodes(tmp_path, grid_world=WORLD, learner=LEARNER):
         for keys in (('\x1b[D', '\x1b[C', '\x1b[B', '\x1b[A'), 'adsw', 'adsw',
                      ('\x1bOD', '\x1bOC', '\x1bOB', '\x1bOA')):
-            asked = until(ask, person, lambda: ask.heard['state'], 'state')[-1]
-            person.sees(f'step {asked.step} of episode {asked.episode}; it waits for you')
-            action = int(FREE.available[asked.state].argmax())
-            person.type(keys[action])
-            until(ask, person, lambda asked=asked: ask.heard['action'] and
-                      ask.heard['action'][-1][:3] == asked[:3], 'answer')
-            msg = ask.heard['action'][-1]
+            observation = until(client, session, lambda: received['state'], 'state')[-1]
+            session.wait_for(f'step {observation.step} of episode {observation.episode}; '
+                             'it waits for you')
+            action = int(FREE.available[observation.state].argmax())
+            session.type(keys[action])
+            until(client, session, lambda answered=observation[:3]: received['action'] and
+                  received['action'][-1][:3] == answered, 'action')
+            msg = received['action'][-1]
             assert (msg.action, msg.followed) == (action, True)
-            until(ask, person, lambda asked=asked: ask.heard['state'][-1] != asked, 'next state')
-        person.type(' ')
-        person.sees('you said no advice')
-        person.type('q')
-        assert person.end() == (0, True)
-        assert person.text.rstrip().endswith('\x1b[?25h\x1b[?1049l')
+            until(client, session, lambda last=observation: received['state'][-1] != last,
+                  'next state')
+        session.type(' ')
+        session.wait_for('your advice: none')
+        session.type('q')
+        assert session.end() == (0, True)
+        assert session.text.rstrip().endswith('\x1b[?25h\x1b[?1049l')
 
 
-def test_an_arrow_that_leads_out_is_refused_with_one_sentence_and_the_robot_waits_on(
-        tmp_path, ask):
+def test_an_action_out_of_the_grid_is_rejected_and_the_robot_keeps_waiting(tmp_path, client):
     (tmp_path / 'corridor.yaml').write_text(CORRIDOR)
     world = ('-p', f'map:={tmp_path}/corridor.yaml')
-    with typist(*PATIENT) as person, nodes(tmp_path, grid_world=world, learner=LEARNER):
-        person.sees('it waits for you')
-        person.type('w')
-        person.sees("an action must not leave the grid, got '^' in row 1, column 1")
-        assert not ask.heard['action']
+    with pty_session(*PATIENT) as session, nodes(tmp_path, grid_world=world, learner=LEARNER):
+        session.wait_for('it waits for you')
+        session.type('w')
+        session.wait_for("an action must not leave the grid, got '^' in row 1, column 1")
+        assert not client.heard['action']
 
 
-def test_what_is_painted_answers_by_itself_and_the_trust_is_shown(tmp_path, ask):
-    with typist(*PATIENT, '-p', f'policy_file:={tmp_path}/mine.txt') as person, \
+def test_painted_advice_is_published_without_a_key_and_the_page_shows_the_trust(tmp_path, client):
+    with pty_session(*PATIENT, '-p', f'policy_file:={tmp_path}/mine.txt') as session, \
             nodes(tmp_path, grid_world=WORLD, learner=LEARNER):
-        person.sees('it waits for you')
-        person.type('\t')
-        person.sees('mode: painting')
-        person.sees('trust in you: 1.00 here')
-        before = until(ask, person, lambda: ask.heard['mentor_policy'], 'map')[-1].action
-        person.type('\x1b[C' * 12 + '\x1b[B' * 12 + 'w' + '\x1b[D' + 'w')
-        person.sees('painted up')
-        until(ask, person, lambda: ask.heard['mentor_policy'][-1].action.count(3) == 2, 'map')
-        now = ask.heard['mentor_policy'][-1].action
+        session.wait_for('it waits for you')
+        session.type('\t')
+        session.wait_for('Mode: painting')
+        session.wait_for('trust in you: 1.00 here')
+        policies = client.heard['mentor_policy']
+        before = until(client, session, lambda: policies, 'policy')[-1].action
+        session.type('\x1b[C' * 12 + '\x1b[B' * 12 + 'w' + '\x1b[D' + 'w')
+        session.wait_for('painted up')
+        until(client, session, lambda: policies[-1].action.count(3) == 2, 'new policy')
+        now = policies[-1].action
         assert [s for s, (a, b) in enumerate(zip(now, before)) if a != b] == [9, 10]
-        person.type(' ')
-        until(ask, person, lambda: ask.heard['mentor_policy'][-1].action.count(3) == 1, 'map')
-        person.type('o')
-        person.sees('saved to')
+        session.type(' ')
+        until(client, session, lambda: policies[-1].action.count(3) == 1, 'new policy')
+        session.type('o')
+        session.wait_for('saved to')
         assert (tmp_path / 'mine.txt').read_text().splitlines()[-1] == '..........^'
-        person.type('x')
-        person.sees('a tenth is spoiled')
+        session.type('x')
+        session.wait_for('a tenth of the states has random advice now')
 
 
-def test_what_is_painted_before_there_is_a_world_waits_for_one(ask):
-    with typist(*PATIENT) as person:
-        person.sees('waits for a world')
-        person.type('\tw')
-        person.sees('mode: painting')
-        assert person.process.poll() is None
-        person.type('q')
-        assert person.end() == (0, True)
+def test_keys_before_there_is_a_world_do_no_harm(client):
+    with pty_session(*PATIENT) as session:
+        session.wait_for('waits for a world')
+        session.type('\tw')
+        session.wait_for('Mode: painting')
+        assert session.process.poll() is None
+        session.type('q')
+        assert session.end() == (0, True)
 
 
-def test_a_generated_mentor_is_where_a_person_can_begin(tmp_path, ask):
-    with typist(*PATIENT, '-p', 'mentor:=optimal') as person, nodes(tmp_path, grid_world=WORLD):
-        person.sees('begins as optimal')
-        until(ask, person, lambda: ask.heard['mentor_policy'] and
-                  ask.heard['mentor_policy'][-1].action.count(-1) < 5, 'map')
+def test_the_policy_can_start_as_that_of_a_generated_mentor(tmp_path, client):
+    policies = client.heard['mentor_policy']
+    with pty_session(*PATIENT, '-p', 'mentor:=optimal') as session, \
+            nodes(tmp_path, grid_world=WORLD):
+        session.wait_for('your policy starts as optimal')
+        until(client, session, lambda: policies and policies[-1].action.count(-1) < 5, 'policy')
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_leaves_the_terminal_as_it_was(number):
-    with typist() as person:
-        person.sees('waits for a world: is a grid_world running?')
-        assert termios.tcgetattr(person.theirs) != person.before
-        person.process.send_signal(number)
-        assert person.end() == (0, True)
+    with pty_session() as session:
+        session.wait_for('waits for a world: is a grid_world running?')
+        assert termios.tcgetattr(session.terminal) != session.before
+        session.process.send_signal(number)
+        assert session.end() == (0, True)
 
 
-def test_what_cannot_be_is_said_in_one_line_with_the_terminal_as_it_was():
+def test_a_wrong_parameter_is_one_line_and_the_terminal_is_as_it_was():
     for argument, sentence in (('mentor:=wise', 'a mentor must be one of'),
                                ('patience:=-1.0', 'parameter patience must lie in [0.05, 3600]')):
-        with typist('--ros-args', '-p', argument) as person:
-            assert person.end() == (2, True)
-            line, = [each for each in person.text.splitlines() if 'teleop_mentor: ' in each]
+        with pty_session('--ros-args', '-p', argument) as session:
+            assert session.end() == (2, True)
+            line, = [each for each in session.text.splitlines() if 'teleop_mentor: ' in each]
             assert sentence in line
-            assert 'Traceback' not in person.text
+            assert 'Traceback' not in session.text
 
 
-def test_where_there_is_no_terminal_it_says_so_in_one_line():
+def test_without_a_terminal_the_error_is_one_line():
     done = run('teleop_mentor')
     assert done.returncode == 2
     assert done.stderr.splitlines()[-1] == (
-        'teleop_mentor: the input must be a terminal, for its keys and its page, and is none: '
+        'teleop_mentor: the input must be a terminal, and is none: '
         'run it in a terminal of its own')

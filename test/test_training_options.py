@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a session is asked to do, and everything that can be wrong with it."""
+"""The options of a training, everything that can be wrong with them, and its results."""
 
 import json
 import os
@@ -37,13 +37,14 @@ def run(folder, *argv):
 def test_options_are_checked_and_resolved(tmp_path):
     options = checked('--method', 'explicit', '--profile', 'report', '--set', 'trust_rate=0.2',
                       '--iterations', '7', '--out', str(tmp_path), '--seed', '5')
-    assert (options.row.trust_rate, options.row.iterations, options.row.episodes) == (0.2, 7, 15)
+    config = options.config
+    assert (config.trust_rate, config.iterations, config.episodes) == (0.2, 7, 15)
     assert options.settings == {'trust_rate': 0.2, 'iterations': 7}
     assert options.grid == read_map('maze', 'report')
     assert (options.seed, options.out, options.spec.kind) == (5, tmp_path, 'snapshot')
 
 
-def test_the_folder_has_a_name_of_its_own(tmp_path, monkeypatch):
+def test_the_folder_is_named_after_the_training(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert str(checked('--seed', '4').out) == 'runs/maze-beta_implicit-snapshot_0.75-4'
 
@@ -57,7 +58,7 @@ def test_the_folder_has_a_name_of_its_own(tmp_path, monkeypatch):
     (('--set', 'speed=1'), "a method has no field 'speed'"),
     (('--set', 'discount'), "--set takes FIELD=VALUE, got 'discount'"),
     (('--set', 'discount=2'), 'discount must lie in [0, 1], got 2.0'),
-    (('--iterations', '0'), 'a session needs an end: iterations must be at least 1, got 0'),
+    (('--iterations', '0'), 'a training needs an end: iterations must be at least 1, got 0'),
     (('--iterations', 'many'), "iterations must be a whole number, got 'many'"),
     (('--episodes', '0'), 'episodes must lie in [1, 1000000], got 0'),
     (('--seed', '-1'), 'seed must lie in [0, 9007199254740992], got -1'),
@@ -65,13 +66,13 @@ def test_the_folder_has_a_name_of_its_own(tmp_path, monkeypatch):
 ])
 def test_a_mistake_is_one_line_and_exit_code_2(tmp_path, capsys, argv, message):
     code, summary = run(tmp_path / 'out', *argv)
-    msg = capsys.readouterr().err
+    error = capsys.readouterr().err
     assert (code, summary) == (2, None)
-    assert msg.startswith(f'train: {message}')
-    assert msg.count('\n') == 1
+    assert error.startswith(f'train: {message}')
+    assert error.count('\n') == 1
 
 
-def test_a_policy_of_another_shape_is_refused_before_the_learning(tmp_path, capsys):
+def test_a_policy_of_another_shape_is_rejected_before_the_training(tmp_path, capsys):
     (tmp_path / 'policy.txt').write_text('>>G\n')
     code, _ = run(tmp_path / 'out', '--mentor', f'file:{tmp_path / "policy.txt"}')
     assert code == 2
@@ -79,7 +80,8 @@ def test_a_policy_of_another_shape_is_refused_before_the_learning(tmp_path, caps
         'train: a policy must have a row for each of the 11 rows of the map, got 1\n')
 
 
-def test_a_folder_that_cannot_be_written_is_said_at_once(tmp_path, capsys, monkeypatch):
+def test_a_folder_that_cannot_be_written_is_reported_before_the_training(
+        tmp_path, capsys, monkeypatch):
     (tmp_path / 'taken').write_text('a file where a folder should be')
     monkeypatch.setattr('comply_ros.experiments.train.Training', None)
     assert run(tmp_path / 'taken' / 'out')[0] == 2
@@ -87,7 +89,7 @@ def test_a_folder_that_cannot_be_written_is_said_at_once(tmp_path, capsys, monke
     assert (tmp_path / 'taken').read_text() == 'a file where a folder should be'
 
 
-def test_a_folder_in_the_place_of_a_result_is_said_at_once(tmp_path, capsys):
+def test_a_folder_with_the_name_of_a_result_is_reported_before_the_training(tmp_path, capsys):
     (tmp_path / 'summary.json').mkdir()
     assert run_code(tmp_path) == 2
     assert 'a result must not have the name of a folder' in capsys.readouterr().err
@@ -109,12 +111,12 @@ def test_ctrl_c_ends_a_training(tmp_path, moment):
         time.sleep(0.01)
     process.send_signal(signal.SIGINT)
     try:
-        msg = process.communicate(timeout=20)[1]
+        error = process.communicate(timeout=20)[1]
     finally:
         process.kill()
     assert process.returncode == 130
-    assert 'Traceback' not in msg
-    assert msg.endswith('train: interrupted\n') or moment < 1.0  # before it had begun
+    assert 'Traceback' not in error
+    assert error.endswith('train: interrupted\n') or moment < 1.0  # before it started
 
 
 def processor_seconds(pid):
@@ -123,14 +125,15 @@ def processor_seconds(pid):
     return (int(numbers[11]) + int(numbers[12])) / os.sysconf('SC_CLK_TCK')
 
 
-def test_a_world_without_end_is_said_before_the_learning(tmp_path, capsys, monkeypatch):
+def test_planning_that_does_not_settle_is_reported_before_the_training(
+        tmp_path, capsys, monkeypatch):
     monkeypatch.setattr('comply_ros.world.planning.MOST_SWEEPS', 3)
     monkeypatch.setattr('comply_ros.experiments.train.Training', None)
     assert run_code(tmp_path) == 2
     assert 'train: value iteration must settle within 3 sweeps' in capsys.readouterr().err
 
 
-def test_a_summary_holds_what_is_promised(tmp_path):
+def test_a_summary_has_its_documented_fields(tmp_path):
     code, summary = run(tmp_path)
     assert code == 0
     assert set('map profile method mentor mentor_return mentor_optimality optimal_return '
@@ -147,7 +150,7 @@ def test_a_summary_holds_what_is_promised(tmp_path):
     assert summary['random_return'] < summary['mentor_return'] < summary['optimal_return']
 
 
-def test_what_was_learned_is_in_the_file(tmp_path):
+def test_learning_npz_has_the_arrays_of_the_learner(tmp_path):
     run(tmp_path)
     with np.load(tmp_path / 'learning.npz') as learned:
         assert learned['q'].shape == (121, 4)
@@ -165,7 +168,7 @@ def test_pictures_are_drawn(tmp_path):
         assert (tmp_path / name).stat().st_size > 10_000
 
 
-def test_many_seeds_are_the_single_ones_in_order(tmp_path):
+def test_the_summary_of_many_seeds_lists_those_of_single_seeds(tmp_path):
     _, many = run(tmp_path / 'many', '--seeds', '3', '--seed', '5')
     singles = [run(tmp_path / str(k), '--seed', str(k))[1] for k in (5, 6, 7)]
     for key in ('seed', 'steps', 'return_per_iteration', 'regret', 'digest', 'final_return',
@@ -174,7 +177,7 @@ def test_many_seeds_are_the_single_ones_in_order(tmp_path):
     assert many['optimal_return'] == singles[0]['optimal_return']
 
 
-def test_without_a_mentor_there_is_none_in_the_summary(tmp_path):
+def test_the_summary_of_a_training_without_a_mentor_names_none(tmp_path):
     _, summary = run(tmp_path, '--mentor', 'none', '--method', 'sarsa')
     assert summary['mentor_return'] is summary['mentor_optimality'] is None
     assert not (tmp_path / 'trust_map.png').exists()
@@ -185,7 +188,7 @@ def test_every_method_trains_from_the_command_line(tmp_path, name):
     assert run(tmp_path, '--method', name)[1]['method'] == name
 
 
-def test_nothing_is_left_aside(tmp_path):
+def test_only_results_are_left_in_the_folder(tmp_path):
     run(tmp_path)
     assert sorted(os.listdir(tmp_path)) == [
         'learning.npz', 'learning_curve.png', 'mentor.txt', 'summary.json', 'trust_map.png']

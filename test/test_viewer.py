@@ -18,7 +18,7 @@ from visualization_msgs.msg import Marker
 import yaml
 
 from comply_ros.nodes import topics, viewer_messages
-from comply_ros.plots.viewer_geometry import advised, CORNERS_OF_ARROW, occupancy
+from comply_ros.plots.viewer_geometry import advised_states, occupancy, POINTS_PER_ARROW
 from comply_ros.storage.map_files import read_map
 from comply_ros.storage.mentor_cache import mentor_policy, read_mentor_spec
 from comply_ros.world.mdp import World
@@ -57,7 +57,7 @@ def test_all_is_shown_and_the_digest_is_the_same(tmp_path, node):
     arrows, = seen[viewer_messages.MENTOR][-1].markers
     assert arrows.type == Marker.TRIANGLE_LIST
     assert len(arrows.points) == len(arrows.colors) == \
-        CORNERS_OF_ARROW * len(advised(world, policy))
+        POINTS_PER_ARROW * len(advised_states(world, policy))
     returns = {msg.total_reward for msg in episodes}
     assert returns.issuperset(msg.data for msg in seen[viewer_messages.EPISODE_RETURN])
     place = seen[viewer_messages.ROBOT][-1].pose.position

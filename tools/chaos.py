@@ -134,8 +134,8 @@ def digest_in_process(options):
     world = World(options.grid)
     policy = mentor_policy(options.spec, world, options.mentor_seed)
     training = Training(world, AdviceBudget(world, policy, options.budget, options.advising),
-                        options.row, options.seed)
-    while training.iterations_done < options.row.iterations:
+                        options.config, options.seed)
+    while training.iterations_done < options.config.iterations:
         training.iterate()
     return training.state.digest()
 

@@ -122,7 +122,7 @@ def main(argv):
 
 def run(options):
     """Soak the nodes, show what they held; return 0 if none grew too much, else 1."""
-    given = options.rest
+    given = options.args
     if given.iterations is not None:
         raise ConfigError(f'a soak goes on for --steps: iterations must not be given, '
                           f'got {given.iterations}')
@@ -132,7 +132,8 @@ def run(options):
     rclpy.init(args=['soak'], signal_handler_options=SignalHandlerOptions.NO)
     try:
         with interrupts() as stop:
-            readings = soak(replace(options, row=replace(options.row, iterations=ENDLESS)), stop)
+            readings = soak(replace(options, config=replace(
+                options.config, iterations=ENDLESS)), stop)
         return verdict(readings, given.after)
     except (NodeDied, SoakFailed) as failure:
         print(f'soak: {failure}', file=sys.stderr)
@@ -143,10 +144,10 @@ def run(options):
 
 def soak(options, stop):
     """Return `readings[name]` of the nodes, which learn for `--steps` steps."""
-    steps, begun = options.rest.steps, time.monotonic()
+    steps, begun = options.args.steps, time.monotonic()
     with progress_bar() as bar, running(options) as processes:
         task = bar.add_task(options.method, total=steps, now='starts')
-        gauge = Gauge(options.rest.namespace, processes, lambda gauge: bar.update(
+        gauge = Gauge(options.args.namespace, processes, lambda gauge: bar.update(
             task, completed=min(gauge.steps, steps), now=words(gauge.readings)))
         executor = SingleThreadedExecutor()
         executor.add_node(gauge)

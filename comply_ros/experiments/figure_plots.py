@@ -18,14 +18,14 @@ from comply_ros.experiments.training_runs import advice_of, mentor_return, refer
 from comply_ros.plots.grid_plot import (
     BLUE,
     draw_arrows,
-    draw_trust,
     GREEN,
     grid_figure,
     INK,
     ORANGE,
     RED,
+    trust_figure,
 )
-from comply_ros.plots.training_plots import running_mean
+from comply_ros.plots.running_mean import running_mean
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.planning import optimal_policy, STOP_SHARE, sweeps_until, value_iteration
 
@@ -202,9 +202,7 @@ def plot_trust(figure: Figure, results: Results) -> Plot:
     """Plot the arrows of the mentor, coloured by the confidence in them."""
     (run,) = figure.runs.values()
     world, cell = results.world(figure.map), results.cell(run)
-    plot, axes = grid_figure(world, figure.title, beside=1.2)
-    draw_trust(plot, axes, world, advice_of(run), cell.confidence, cell.visited)
-    return plot
+    return trust_figure(world, figure.title, advice_of(run), cell.confidence, cell.visited)
 
 
 def plot_metric(figure: Figure, results: Results) -> Plot:

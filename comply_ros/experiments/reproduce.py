@@ -180,5 +180,5 @@ def _plot(figures: Sequence[Figure], results: Results, folder: Path) -> None:
         for figure in plotted:
             check(stop)
             plot = PLOTS[figure.kind](figure, results)
-            write_picture(plot, folder / f'{figure.name}.png', dpi=120, effort=9)
+            write_picture(plot, folder / f'{figure.name}.png', dpi=120, compression=9)
             bar.update(task, advance=1, now=figure.name)

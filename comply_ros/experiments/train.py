@@ -11,12 +11,11 @@ from comply_ros.experiments.executors import completed, local_executor
 from comply_ros.learner.learner_config import ConfigError
 from comply_ros.learner.training import IterationResult, Training
 from comply_ros.mentor.advice_budget import AdviceBudget
-from comply_ros.plots.plot_process import plot_process
 from comply_ros.storage.mentor_cache import is_slow, mentor_policy
 from comply_ros.storage.run_files import save_learning
-from comply_ros.terminal.console import Progress, progress_bar, words
+from comply_ros.terminal.console import iteration_status, Progress, progress_bar
 from comply_ros.terminal.interrupts import check, interrupts, Stop
-from comply_ros.terminal.run_report import end_session
+from comply_ros.terminal.run_report import plot_process, report_training
 from comply_ros.terminal.training_options import main_with, training_parser, TrainingOptions
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import ReferenceReturns
@@ -32,7 +31,7 @@ def main(argv: Sequence[str]) -> int:
 
 def run(options: TrainingOptions) -> int:
     """Train with every seed, write the results, return the exit code."""
-    count = options.rest.seeds
+    count = options.args.seeds
     if count < 1:
         raise ConfigError(f'seeds must be at least 1, got {count}')
     with plot_process() as plot:
@@ -40,10 +39,11 @@ def run(options: TrainingOptions) -> int:
         reference = ReferenceReturns(world)  # before the training: it finds maps without end
         with interrupts() as stop, progress_bar() as bar:
             advice = _advice(options, world, bar, stop)
-            task = bar.add_task(options.method, total=count * options.row.iterations, now='')
+            task = bar.add_task(options.method, total=count * options.config.iterations, now='')
 
             def show(iteration: IterationResult) -> None:
-                now = words(iteration.mean_return, iteration.confidence) if count == 1 else ''
+                now = iteration_status(iteration.mean_return, iteration.confidence) \
+                    if count == 1 else ''
                 bar.update(task, advance=1, now=now)
 
             def train(seed: int, stop: Stop) -> dict | None:
@@ -51,7 +51,7 @@ def run(options: TrainingOptions) -> int:
             seeds = range(options.seed, options.seed + count)
             with local_executor(train, stop) as executor:
                 results = dict(completed(executor, zip(seeds, seeds), stop))
-        end_session(options, reference, advice, [results[seed] for seed in seeds], plot)
+        report_training(options, reference, advice, [results[seed] for seed in seeds], plot)
     return 0
 
 
@@ -78,9 +78,9 @@ def train_seed(options: TrainingOptions, world: World, advice: NDArray[np.int8],
     Writes `learning.npz` after the training with the first seed.
     """
     mentor = AdviceBudget(world, advice, options.budget, options.advising)
-    training = Training(world, mentor, options.row, seed)
+    training = Training(world, mentor, options.config, seed)
     start, returns, steps = time.perf_counter(), [], 0
-    for _ in range(options.row.iterations):
+    for _ in range(options.config.iterations):
         iteration = training.iterate()
         returns.append(iteration.mean_return)
         steps += iteration.steps
@@ -89,7 +89,7 @@ def train_seed(options: TrainingOptions, world: World, advice: NDArray[np.int8],
             return None
     seconds = time.perf_counter() - start
     if seed == options.seed:
-        save_learning(options.out / 'learning.npz', options.row, training.state,
+        save_learning(options.out / 'learning.npz', options.config, training.state,
                       advice.tolist())
     return {'seed': seed, 'returns': returns, 'steps': steps, 'wall_seconds': seconds,
             'digest': training.state.digest()}

@@ -21,10 +21,9 @@ from comply_ros.nodes.node_processes import NodeDied, NodeProcess
 from comply_ros.nodes.parameters import FASTEST, SLOWEST
 from comply_ros.nodes.run_monitor import LessonFailed, RunMonitor, TAKEN
 from comply_ros.nodes.topics import ANOTHER
-from comply_ros.plots.plot_process import plot_in_process
-from comply_ros.terminal.console import progress_bar, words
+from comply_ros.terminal.console import iteration_status, progress_bar
 from comply_ros.terminal.interrupts import check, interrupts
-from comply_ros.terminal.run_report import end_session
+from comply_ros.terminal.run_report import report_training
 from comply_ros.terminal.training_options import main_with, training_parser
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import ReferenceReturns
@@ -38,9 +37,9 @@ DISCOVERY = 1.0  # seconds in which others on the same topics are found
 
 def parameters(options):
     """Parameters of the three nodes, as a table for a parameter file."""
-    row = {name: getattr(options.row, name) for name in CONFIG_FIELDS}
+    row = {name: getattr(options.config, name) for name in CONFIG_FIELDS}
     common = {'profile': options.profile, 'seed': options.seed}
-    keeps = {'state_dir': str((options.out / STATE).resolve())} if options.rest.respawn else {}
+    keeps = {'state_dir': str((options.out / STATE).resolve())} if options.args.respawn else {}
     return {
         'grid_world': {'map': _absolute(options.map_name), **common, **keeps},
         'mentor': {'mentor': _absolute_mentor(options), 'seed': options.mentor_seed,
@@ -76,10 +75,10 @@ def running(options):
     """Run the three nodes as processes that end with the block, whatever happens in it."""
     arguments = ['--params-file', str(write_parameters(options))]
     shutil.rmtree(options.out / STATE, ignore_errors=True)  # of an earlier lesson
-    if options.rest.namespace:
-        arguments += ['-r', f'__ns:=/{options.rest.namespace.strip("/")}']
-    if options.rest.rate:
-        arguments += ['-p', f'rate:={options.rest.rate!r}']
+    if options.args.namespace:
+        arguments += ['-r', f'__ns:=/{options.args.namespace.strip("/")}']
+    if options.args.rate:
+        arguments += ['-p', f'rate:={options.args.rate!r}']
     started = []
     try:
         for name in NODES:
@@ -111,19 +110,19 @@ def main(argv):
 
 def run(options):
     """Hold the lesson, write the results, return the exit code."""
-    if options.rest.rate and not SLOWEST <= options.rest.rate <= FASTEST:
+    if options.args.rate and not SLOWEST <= options.args.rate <= FASTEST:
         raise ConfigError(f'rate must be 0 or lie in [{SLOWEST}, {FASTEST}], '
-                          f'got {options.rest.rate:g}')
-    if not re.fullmatch(r'(/?[A-Za-z_]\w*)*', options.rest.namespace):
+                          f'got {options.args.rate:g}')
+    if not re.fullmatch(r'(/?[A-Za-z_]\w*)*', options.args.namespace):
         raise ConfigError('a namespace is made of letters, digits, _ and /, '
-                          f'got {options.rest.namespace!r}')
+                          f'got {options.args.namespace!r}')
     reference = ReferenceReturns(World(options.grid))  # before the learning: it finds maps without end
     try:
         advice, outcome = hold(options)
     except (NodeDied, LessonFailed) as failure:
         print(f'lesson: {failure}', file=sys.stderr)
         return 1
-    end_session(options, reference, advice, [outcome], plot_in_process)
+    report_training(options, reference, advice, [outcome])
     return 0
 
 
@@ -141,7 +140,7 @@ def hold(options, disturbing=nullcontext):
     rclpy.init(args=['lesson', '--ros-args', '--enclave', '/lesson'],
                signal_handler_options=SignalHandlerOptions.NO)
     try:
-        with interrupts() as stop, topics_held(options.rest.namespace):
+        with interrupts() as stop, topics_held(options.args.namespace):
             return _hold(options, stop, disturbing)
     finally:
         rclpy.try_shutdown()
@@ -149,10 +148,10 @@ def hold(options, disturbing=nullcontext):
 
 def _hold(options, stop, disturbing):
     with progress_bar() as bar:
-        task = bar.add_task(options.method, total=options.row.iterations, now='looks around')
-        observer = RunMonitor(options.rest.namespace, options.grid, lambda msg: bar.update(
+        task = bar.add_task(options.method, total=options.config.iterations, now='looks around')
+        observer = RunMonitor(options.args.namespace, options.grid, lambda msg: bar.update(
             task, completed=msg.iteration,
-            now=words(msg.mean_return, msg.confidence, observer.rate())))
+            now=iteration_status(msg.mean_return, msg.confidence, observer.rate())))
         executor = SingleThreadedExecutor()
         executor.add_node(observer)
         make_sure_to_be_alone(observer, executor, stop)
@@ -206,7 +205,7 @@ def watch(options, observer, executor, processes, stop, tell):
         while not reached():
             check(stop)
             for process in processes:
-                if not options.rest.respawn:
+                if not options.args.respawn:
                     process.check()
                 elif process.respawn():
                     tell(f'{process.name} was killed and starts again')

@@ -1,9 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The node with which a person is the mentor at a terminal, by single keys."""
+"""The node of a human mentor at a terminal, who advises by single keys."""
 
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Future
 from contextlib import suppress
 import signal
+from typing import Any
 
+import numpy as np
 from rclpy.logging import LoggingSeverity
 
 from comply_ros.mentor.mentor_policies import MentorError
@@ -11,184 +15,168 @@ from comply_ros.nodes.human_mentor import HumanMentorNode
 from comply_ros.nodes.parameters import MENTOR, MENTOR_SEED, ParameterError, POLICY_FILE
 from comply_ros.nodes.spin import run_node
 from comply_ros.nodes.topics import TRUST
+from comply_ros.protocol.messages import Notice, Rejected, Trust
 from comply_ros.storage.mentor_cache import read_mentor_spec
 from comply_ros.storage.state_store import StateError
 from comply_ros.terminal.ansi_map import map_lines
 from comply_ros.terminal.raw_terminal import Terminal, TerminalError
 from comply_ros.world.grid import NO_ACTION, STEPS
 
-WORDS = ('left', 'right', 'down', 'up')
-LETTERS = dict(zip('adsw', range(4)))
-BLANK = ' '
-SHARE = 0.1  # of the states that a key spoils
-BANNER = """\
-Teach the robot. You are its mentor; what it asks, you answer.
-  arrows, w a s d   steering: where to go from @   painting: arrows move, w a s d paint
-  space             no advice                       tab  steering or painting
-  o  save policy    x  spoil a tenth of it          q  quit"""
-HINT = ('(The learner waits for you in every step if its remembers_advice is false, else only '
-        'where you said nothing yet.)')
+DIRECTIONS = ('left', 'right', 'down', 'up')  # by action; also the names of the arrow keys
+ACTIONS = {**dict(zip(DIRECTIONS, range(4))), **dict(zip('adsw', range(4))), ' ': NO_ACTION}
+STEERING_HELP = """\
+You are the mentor of the robot (@). Mode: steering
+  arrows, w a s d  where to go   space  no advice   tab  paint instead
+  o  save the policy   x  randomize a tenth of it   q  quit
+The robot waits for you in every step if the learner's remembers_advice is
+false, otherwise only in states for which you have given no advice yet."""
+PAINTING_HELP = """\
+You are the mentor of the robot (@). Mode: painting
+  arrows  move the cursor   w a s d  paint   space  erase   tab  steer instead
+  o  save the policy   x  randomize a tenth of it   q  quit"""
 
 
 class TeleopMentorNode(HumanMentorNode):
-    """
-    A mentor whose person sits at a terminal.
+    """A human mentor at a terminal, which is opened here, and closed by `leave`."""
 
-    Parameters
-    ----------
-    terminal: the `Terminal`; it is opened here, and closed at the end.
-
-    """
-
-    def __init__(self, terminal, **kwargs):
+    def __init__(self, terminal: Terminal, **kwargs: Any) -> None:
         super().__init__(**kwargs)
-        self.get_logger().set_level(LoggingSeverity.ERROR)  # the page says the rest
+        self.get_logger().set_level(LoggingSeverity.ERROR)  # the page shows the rest
         self._spec = self.declare(MENTOR._replace(default='none'))
-        read_mentor_spec(self._spec)  # what cannot be is said before the page is there
+        read_mentor_spec(self._spec)  # an error is printed before the page opens
         self._mentor_seed, self._file = self.declare(MENTOR_SEED), self.declare(POLICY_FILE)
-        self._trust, self._cursor, self._remark, self._begun = None, None, '', False
+        self._trust: Trust | None = None
+        self._cursor: int | None = None
+        self._remark, self._started = '', False
         self.steering = True
         self.subscribe(TRUST, self._on_trust)
         self.create_timer(0.02, self._read_keys)
         self.create_timer(0.1, self._draw)
-        self.create_timer(2.0, terminal.show_again)
+        self.create_timer(2.0, terminal.redraw)
         self._terminal = terminal
         terminal.open()
 
-    def leave(self):
-        """Leave the terminal as it was found: the node ends."""
+    def leave(self) -> None:
+        """Restore the terminal: the node ends."""
         self._terminal.close()
         super().leave()
 
-    def press(self, key):
-        """Do what a key stands for, and remember what to say about it."""
+    def press(self, key: str) -> None:
+        """Do what a key stands for; the page shows the result or what was wrong."""
         try:
-            self._remark = self._do(key) or ''
+            self._remark = self._do(key)
         except ValueError as error:
             self._remark = str(error)
 
-    def page(self, columns, rows):
-        """Return the lines that are shown in so many columns and rows."""
-        head = [*BANNER.splitlines(), HINT, '', *self._words(), '']
+    def page(self, columns: int, rows: int) -> list[str]:
+        """Return the lines of the page, for a terminal of this size."""
+        help_text = STEERING_HELP if self.steering else PAINTING_HELP
+        head = [*help_text.splitlines(), '', *self._status_lines(), '']
         head = [line[:columns] for line in head][:max(0, rows - 3)]
         if self.policy is None:
             return head
-        grid, robot = self.actor.world.grid, self.actor.robot
-        return head + map_lines(grid, self.policy, self._trust_here(), robot and robot.state,
-                                None if self.steering else self._place(), columns,
-                                rows - len(head))
+        robot, cursor = self.actor.robot, None if self.steering else self._cursor_state()
+        return head + map_lines(self.actor.world.grid, self.policy, self._confidence(),
+                                robot and robot.state, cursor, columns, rows - len(head))
 
-    def _do(self, key):
+    def _do(self, key: str) -> str:
+        """Do what a key stands for, and return the remark about it."""
         if key == 'q':
             signal.raise_signal(signal.SIGINT)
-            return 'quits'
+            return 'quitting'
         if key in '\tm':
-            self.steering = not self.steering
-            self._cursor = None
-            return None
-        if key == 'o':
+            self.steering, self._cursor = not self.steering, None
+        elif key == 'o':
             self.save(self._file)
             return f'saved to {self._file}'
-        if key == 'x':
-            self.spoil(SHARE)
-            return 'a tenth is spoiled'
-        if key in WORDS and not self.steering:
-            return self._move(WORDS.index(key))
-        action = {**LETTERS, **dict(zip(WORDS, range(4))), BLANK: NO_ACTION}.get(key)
-        return None if action is None else self._advise(action)
+        elif key == 'x':
+            self.spoil(0.1)
+            return 'a tenth of the states has random advice now'
+        elif key in ACTIONS and self.steering:
+            if not self.steer(ACTIONS[key]):
+                return 'the robot is not waiting for advice'
+            return f'your advice: {"none" if key == " " else DIRECTIONS[ACTIONS[key]]}'
+        elif key in ACTIONS and self.policy is None:
+            return 'there is no world yet'
+        elif key in DIRECTIONS:
+            self._move_cursor(ACTIONS[key])
+        elif key in ACTIONS:
+            self.paint({self._cursor_state(): ACTIONS[key]})
+            return 'erased' if key == ' ' else f'painted {DIRECTIONS[ACTIONS[key]]}'
+        return ''
 
-    def _advise(self, action):
-        word = 'no advice' if action == NO_ACTION else WORDS[action]
-        if self.steering:
-            return f'you said {word}' if self.steer(action) else 'the robot does not wait'
-        if self.policy is None:
-            return 'waits for a world'
-        self.paint({self._place(): action})
-        return f'painted {word}'
-
-    def _place(self):
-        """State that the person paints: where the robot was when painting began, then as moved."""
+    def _cursor_state(self) -> int:
+        """State under the cursor: that of the robot when painting began, then as moved."""
         if self._cursor is None or self._cursor >= len(self.policy):
             robot = self.actor.robot
             self._cursor = robot.state if robot else self.actor.world.grid.starts[0]
         return self._cursor
 
-    def _move(self, action):
-        if self.policy is None:
-            return 'waits for a world'
+    def _move_cursor(self, action: int) -> None:
         grid = self.actor.world.grid
-        x, y = (a + b for a, b in zip(grid.place(self._place()), STEPS[action]))
+        x, y = (a + b for a, b in zip(grid.place(self._cursor_state()), STEPS[action]))
         if 0 <= x < grid.width and 0 <= y < grid.height:
             self._cursor = y * grid.width + x
-        return None
 
-    def _on_trust(self, msg):
-        """Take the confidence in every state, if it is of the world that is here."""
+    def _on_trust(self, msg: Trust) -> tuple[()]:
+        """Keep the confidence in every state, if it is of this world and this run."""
         world = self.actor.described
         if world and msg.run == world.run and len(msg.confidence) == world.width * world.height:
-            self._trust = msg.run, msg.confidence
+            self._trust = msg
         return ()
 
-    def _read_keys(self):
+    def _confidence(self) -> Sequence[float] | None:
+        """Return `p[s]`, None if it is not known in this run."""
+        known = self._trust and self._trust.run == self.actor.described.run
+        return self._trust.confidence if known else None
+
+    def _read_keys(self) -> None:
         try:
-            keys = self._terminal.keys()
+            keys = self._terminal.read_keys()
         except EOFError:
             keys = ['q']
         for key in keys:
             self.press(key)
 
-    def _draw(self):
-        if self.policy is not None and not self._begun:
-            self._begun = True
-            self._begin()
-        with suppress(OSError):  # it hung up: the next look at the keys finds out
+    def _draw(self) -> None:
+        if self.policy is not None and not self._started:
+            self._started = True
+            if self._spec != 'none':
+                self._remark = f'making {self._spec} ...'
+                self.begin_from(self._spec, self._mentor_seed).add_done_callback(self._made)
+        with suppress(OSError):  # the terminal is gone: `_read_keys` finds out
             self._terminal.show(self.page(*self._terminal.size()))
 
-    def _begin(self):
-        """Begin with the policy that was asked for."""
-        if self._spec != 'none':
-            self._remark = f'making {self._spec} ...'
-            self.begin_from(self._spec, self._mentor_seed).add_done_callback(self._tell_begun)
+    def _made(self, future: Future) -> None:
+        self._remark = str(future.exception() or f'your policy starts as {self._spec}')
 
-    def _tell_begun(self, future):
-        self._remark = str(future.exception() or f'begins as {self._spec}')
-
-    def _words(self):
-        """Return how it is, in two or three lines."""
-        waits, robot, left = self.actor.waiting_for(), self.actor.robot, self.seconds_left
-        yield (f'mode: {"steering" if self.steering else "painting"}'
-               + (f'   waits for {waits}' if waits else ''))
+    def _status_lines(self) -> Iterator[str]:
+        waits_for, robot, left = self.actor.waiting_for(), self.actor.robot, self.seconds_left
+        if waits_for:
+            yield f'waits for {waits_for}'
         if robot:
-            advised = sum(action != NO_ACTION for action in self.policy.tolist())
+            advised = np.flatnonzero(self.policy != NO_ACTION)
             yield (f'robot in state {robot.state}, step {robot.step} of episode {robot.episode}'
-                   + (f'; it waits for you, {left:.1f} s' if left is not None else '')
-                   + f'   {self._trust_in_words(robot.state)}   arrows: {advised}')
+                   + (f'; it waits for you, {left:.1f} s' if left is not None else ''))
+            confidence, trust = self._confidence(), 'not known yet'
+            if confidence is not None:
+                trust = f'{confidence[robot.state]:.2f} here'
+                if len(advised):
+                    mean = np.asarray(confidence)[advised].mean()
+                    trust += f', {mean:.2f} where you advise'
+            yield f'trust in you: {trust}; advice in {len(advised)} states'
         yield self._remark
 
-    def _trust_here(self):
-        """Return the confidence in every state, None where it is not known in this run."""
-        return self._trust[1] if self._trust and self._trust[0] == self.actor.described.run \
-            else None
-
-    def _trust_in_words(self, state):
-        confidence = self._trust_here()
-        if confidence is None:
-            return 'trust in you: not known yet'
-        advised = [trust for trust, action in zip(confidence, self.policy.tolist())
-                   if action != NO_ACTION]
-        mean = f', {sum(advised) / len(advised):.2f} where you advise' if advised else ''
-        return f'trust in you: {confidence[state]:.2f} here{mean}'
-
-    def _warn(self, msg):
+    def _warn(self, msg: Rejected) -> None:
         super()._warn(msg)
-        self._remark = f'refused: {msg.reason}'
+        self._remark = f'rejected: {msg.reason}'
 
-    def _tell(self, msg):
+    def _tell(self, msg: Notice) -> None:
         super()._tell(msg)
         self._remark = msg.text
 
 
-def main(argv):
+def main(argv: Sequence[str]) -> int:
     """Run the node; return the exit code."""
     return run_node(lambda: TeleopMentorNode(Terminal()), argv,
                     (ParameterError, MentorError, StateError, TerminalError))

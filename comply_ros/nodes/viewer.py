@@ -24,6 +24,7 @@ from comply_ros.nodes.parameters import (
 from comply_ros.nodes.protocol_node import PATIENCE
 from comply_ros.nodes.spin import run_node
 from comply_ros.plots import viewer_geometry
+from comply_ros.plots.trust_colors import TRUST_ANCHORS
 from comply_ros.protocol import viewer_state
 from comply_ros.protocol.messages import Notice, REPORTS
 from comply_ros.protocol.validation import rejected_description
@@ -35,7 +36,7 @@ OVERHEARD = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT,
 MOST_STATES = 40_000  # of a world that is drawn with a marker in every state
 GREY, INK = viewer_messages.rgba((0.6, 0.6, 0.6)), viewer_messages.rgba((0.13, 0.13, 0.13))
 GOLD, BLUE = viewer_messages.rgba((0.9, 0.62, 0.0)), viewer_messages.rgba((0.0, 0.45, 0.7), 0.35)
-TRUST_COLOURS = viewer_messages.colours_of(viewer_geometry.TRUST_SCALE)
+TRUST_COLOURS = viewer_messages.colours_of(TRUST_ANCHORS)
 VALUE_COLOURS = viewer_messages.colours_of(viewer_geometry.VALUE_SCALE, 0.85)
 
 
@@ -134,7 +135,7 @@ class ViewerNode(SafeParameterNode):
         header = viewer_messages.header_of(self, self._frame)
         if len(trail) > 1:
             self._angle = viewer_geometry.heading(*trail[-2:], width)
-        place = viewer_geometry.middles(trail[-1], width, self._cell)
+        place = viewer_geometry.cell_centers(trail[-1], width, self._cell)
         self._publish[viewer_messages.ROBOT](viewer_messages.pose(header, place, self._angle))
         self._publish[viewer_messages.TRAIL](viewer_messages.path(header, trail, width, self._cell))
 
@@ -188,8 +189,8 @@ class ViewerNode(SafeParameterNode):
         world, cell = self.scene.world, self._cell
         self._publish[viewer_messages.MAP](viewer_messages.occupancy_grid(
             header, world.grid, cell, viewer_geometry.occupancy(world)))
-        goals = viewer_geometry.middles(world.terminal.nonzero()[0], world.grid.width, cell)
-        starts = viewer_geometry.middles(world.starts, world.grid.width, cell)
+        goals = viewer_geometry.cell_centers(world.terminal.nonzero()[0], world.grid.width, cell)
+        starts = viewer_geometry.cell_centers(world.starts, world.grid.width, cell)
         few = starts if len(starts) <= 16 else starts[:0]
         self._publish[viewer_messages.PLACES](viewer_messages.markers(
             viewer_messages.nothing(header),
@@ -208,18 +209,18 @@ class ViewerNode(SafeParameterNode):
 
     def _publish_mentor(self, header, policy, trust):
         """Publish the mentor's arrows, green where it is trusted, red where not, else grey."""
-        states, places = self._arrows(policy, viewer_geometry.DART)
+        states, places = self._arrows(policy, viewer_geometry.ARROW_TRIANGLES)
         colours = GREY
         if trust is not None:
             colours = [TRUST_COLOURS[each] for each in viewer_geometry.percent(trust[states])
-                       for _ in range(viewer_geometry.CORNERS_OF_ARROW)]
+                       for _ in range(viewer_geometry.POINTS_PER_ARROW)]
         self._publish[viewer_messages.MENTOR](viewer_messages.markers(viewer_messages.marker(
             header, 'mentor', Marker.TRIANGLE_LIST, places, viewer_messages.ARROW_HEIGHT * self._cell,
             colours, (1.0, 1.0, 1.0))))
 
     def _publish_policy(self, header, policy):
         """Publish the learner's own arrows, as thin lines over those of the mentor."""
-        _, places = self._arrows(policy, viewer_geometry.LINES)
+        _, places = self._arrows(policy, viewer_geometry.ARROW_LINES)
         self._publish[viewer_messages.POLICY](viewer_messages.markers(viewer_messages.marker(
             header, 'policy', Marker.LINE_LIST, places, 2 * viewer_messages.ARROW_HEIGHT * self._cell, INK,
             (0.05 * self._cell, 0.0, 0.0))))
@@ -227,9 +228,9 @@ class ViewerNode(SafeParameterNode):
     def _arrows(self, policy, shape):
         """Return the states with an arrow, and the corners of the arrows."""
         world = self.scene.world
-        states = viewer_geometry.advised(world, viewer_geometry.NO_ACTION if policy is None else policy)
+        states = viewer_geometry.advised_states(world, viewer_geometry.NO_ACTION if policy is None else policy)
         actions = () if policy is None else policy[states]
-        return states, viewer_geometry.arrows(states, actions, shape, world.grid.width, self._cell)
+        return states, viewer_geometry.arrow_points(states, actions, shape, world.grid.width, self._cell)
 
     def _publish_values(self, header, values):
         """Publish a tile in every state, the bluer the higher its value, and what that means."""
@@ -239,7 +240,7 @@ class ViewerNode(SafeParameterNode):
         world, cell = self.scene.world, self._cell
         free = world.free.nonzero()[0]
         colours = [VALUE_COLOURS[each] for each in viewer_geometry.value_percent(world, values)]
-        places = viewer_geometry.middles(free, world.grid.width, cell)
+        places = viewer_geometry.cell_centers(free, world.grid.width, cell)
         self._publish[viewer_messages.VALUES](viewer_messages.markers(
             viewer_messages.marker(header, 'values', Marker.CUBE_LIST, places, viewer_messages.TILE_HEIGHT * cell,
                          colours, (cell, cell, 0.01 * cell)),

@@ -11,7 +11,8 @@ from std_msgs.msg import ColorRGBA, Float64, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
 from comply_ros.nodes.topics import LATCHED
-from comply_ros.plots.viewer_geometry import middles, palette
+from comply_ros.plots.trust_colors import palette
+from comply_ros.plots.viewer_geometry import cell_centers
 
 # A series of numbers: every one counts for who listens, and none for who comes late.
 SERIES = QoSProfile(depth=1000)
@@ -61,7 +62,7 @@ def pose(header, place, angle):
 
 def path(header, states, width, cell):
     """`Path` through the middles of states."""
-    places = middles(states, width, cell) if states else ()
+    places = cell_centers(states, width, cell) if states else ()
     return Path(header=header, poses=[pose(header, place, 0.0) for place in places])
 
 

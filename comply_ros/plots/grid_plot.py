@@ -1,34 +1,49 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Grids as pictures: cells, arrows, and arrows coloured by trust."""
+"""Grids as pictures: cells, arrows, and arrows colored by confidence."""
 
+from pathlib import Path
+from typing import Any
+
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
+from matplotlib.quiver import Quiver
 import numpy as np
+from numpy.typing import NDArray
 
-from comply_ros.plots.viewer_geometry import TRUST_SCALE
-from comply_ros.world.grid import NO_ACTION, STEPS
+from comply_ros.plots.trust_colors import TRUST_ANCHORS
+from comply_ros.world.grid import Grid, NO_ACTION, STEPS
+from comply_ros.world.mdp import World
 
-# Blue-green against vermilion: told apart with any kind of colour vision, and on a grey print.
 BLUE, ORANGE, INK, PALE = '#0072B2', '#E69F00', '#222', '#bbb'
-RED, _, GREEN = TRUST_SCALE
+RED, _, GREEN = TRUST_ANCHORS
 CORNERS = np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])  # of a cell
-TRUST = LinearSegmentedColormap.from_list('trust', TRUST_SCALE)
+MOST_STARTS = 16  # a map with more starts shows none
 
 
-def grid_figure(world, title, size=8.0, beside=0.0):
+def grid_figure(world: World, title: str, size: float = 8.0,
+                colorbar_width: float = 0.0) -> tuple[Figure, Axes]:
     """
-    Return a figure, and its axes with the cells of a world drawn.
+    Return a figure, and its axes with the cells of a world.
 
-    size: of the longer side of the grid, in inches. beside: more width for a colour bar.
+    size: of the longer side of the grid, in inches.
+    colorbar_width: room to the right of the grid, in inches.
+
     """
     grid = world.grid
     cell = size / max(grid.width, grid.height)
-    wide, high = grid.width * cell, grid.height * cell
-    figure = Figure(figsize=(wide + 0.2 + beside, high + 0.7))
-    axes = place_axes(figure, 0.1, 0.3, wide, high)
-    _draw_cells(axes, world)
+    width, height = grid.width * cell, grid.height * cell
+    figure = Figure(figsize=(width + 0.2 + colorbar_width, height + 0.7))
+    axes = place_axes(figure, 0.1, 0.3, width, height)
+    centers = np.transpose(grid.place(np.flatnonzero(world.obstacle)))
+    axes.add_collection(PolyCollection(list(centers[:, None] + CORNERS), facecolor='#d8d8d8'))
+    axes.scatter(*grid.place(np.flatnonzero(world.terminal)), s=70, marker='*', color=INK,
+                 zorder=0, linewidth=0)
+    if len(world.starts) <= MOST_STARTS:
+        axes.scatter(*grid.place(world.starts), s=70, color=BLUE, zorder=0, alpha=0.35,
+                     linewidth=0)
     axes.set(xlim=(-0.7, grid.width - 0.3), ylim=(-0.7, grid.height - 0.3), aspect='equal',
              xticks=[], yticks=[])
     axes.spines[:].set_color(PALE)
@@ -36,57 +51,54 @@ def grid_figure(world, title, size=8.0, beside=0.0):
     return figure, axes
 
 
-def place_axes(figure, left, low, wide, high):
+def place_axes(figure: Figure, left: float, bottom: float, width: float, height: float) -> Axes:
     """Return new axes, placed in inches: an automatic layout takes as long as the drawing."""
-    width, height = figure.get_size_inches()
-    return figure.add_axes((left / width, low / height, wide / width, high / height))
+    whole = figure.get_size_inches()
+    return figure.add_axes((left / whole[0], bottom / whole[1],
+                            width / whole[0], height / whole[1]))
 
 
-def _draw_cells(axes, world):
-    middles = np.transpose(world.grid.place(np.flatnonzero(world.obstacle)))
-    axes.add_collection(PolyCollection(middles[:, None] + CORNERS, facecolor='#d8d8d8'))
-    for name, states, colour in (('goal', np.flatnonzero(world.terminal), INK),
-                                 ('start', world.starts, BLUE)):
-        if name == 'goal' or len(states) <= 16:
-            x, y = world.grid.place(states)
-            axes.scatter(x, y, s=70, marker='*' if name == 'goal' else 'o', color=colour,
-                         zorder=0, alpha=1.0 if name == 'goal' else 0.35, linewidth=0)
+def draw_arrows(axes: Axes, grid: Grid, states: NDArray[np.int64], policy: NDArray[np.int8],
+                *values: NDArray[np.float64], **style: Any) -> Quiver:
+    """
+    Draw the arrow of `policy[s]` in the center of the cell of each of the states.
 
-
-def draw_arrows(axes, grid, states, policy, *values, **style):
-    """Draw one arrow in each of the states, centred in its cell; `policy[s]` says where to."""
-    x, y = grid.place(states)
+    values: one array with a number for each state, which `style` turns into a color, or none.
+    """
     dx, dy = np.array(STEPS)[policy[states]].T * 0.72
-    return axes.quiver(x, y, dx, dy, *values, pivot='mid', units='xy', scale=1, width=0.14,
-                       headwidth=3.4, headlength=3.2, headaxislength=2.9, **style)
+    return axes.quiver(*grid.place(states), dx, dy, *values, pivot='mid', units='xy', scale=1,
+                       width=0.14, headwidth=3.4, headlength=3.2, headaxislength=2.9, **style)
 
 
-def draw_trust(figure, axes, world, policy, confidence, visited):
+def trust_figure(world: World, title: str, advice: NDArray[np.int8],
+                 confidence: NDArray[np.float64], visited: NDArray[np.bool_]) -> Figure:
     """
-    Draw the arrows of `policy[s]`: green where `confidence[s]` is high, red where it is low.
+    Return a figure with the arrows of `advice[s]` in the colors of `confidence[s]`.
 
-    visited: `visited[s]`, bool: pale arrows where the learner has never been.
+    visited: `visited[s]`; arrows are grey in states where the learner has never been.
     """
-    there = world.free & (policy != NO_ACTION)
-    draw_arrows(axes, world.grid, np.flatnonzero(there & ~visited), policy, color=PALE)
-    seen = np.flatnonzero(there & visited)
-    drawn = draw_arrows(axes, world.grid, seen, policy, confidence[seen], cmap=TRUST, clim=(0, 1))
+    figure, axes = grid_figure(world, title, colorbar_width=1.2)
+    advised = world.free & (advice != NO_ACTION)
+    draw_arrows(axes, world.grid, np.flatnonzero(advised & ~visited), advice, color=PALE)
+    states = np.flatnonzero(advised & visited)
+    drawn = draw_arrows(
+        axes, world.grid, states, advice, confidence[states], clim=(0, 1),
+        cmap=LinearSegmentedColormap.from_list('trust', TRUST_ANCHORS))
     bar = figure.colorbar(drawn, cax=axes.inset_axes((1.03, 0.2, 0.025, 0.6)))
     bar.set_label('confidence in the mentor', color=INK)
     bar.outline.set_visible(False)
+    return figure
 
 
-def write_picture(figure, path, dpi=150, effort=1):
+def write_picture(figure: Figure, path: Path, dpi: int = 150, compression: int = 1) -> None:
     """
-    Write a figure to a PNG file; effort: to make it small, from 1 (fast) to 9.
+    Write a figure to a PNG file; raises OSError with its name if that fails.
 
-    Raises
-    ------
-    OSError: naming the file, if it cannot be written.
-
+    compression: from 1 (fast) to 9 (small).
     """
     FigureCanvasAgg(figure)
     try:
-        figure.savefig(path, dpi=dpi, facecolor='white', pil_kwargs={'compress_level': effort})
+        figure.savefig(path, dpi=dpi, facecolor='white',
+                       pil_kwargs={'compress_level': compression})
     except OSError as error:
         raise OSError(error.errno, error.strerror, str(path)) from None

@@ -1,36 +1,40 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The pictures of a session: the learning curve, the map of trust, the lengths of episodes."""
+"""The pictures of a training: learning curve, trust map, lengths of the episodes."""
 
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 import numpy as np
+from numpy.typing import NDArray
 
 from comply_ros.plots.grid_plot import (
     BLUE,
-    draw_trust,
     GREEN,
-    grid_figure,
     INK,
     ORANGE,
     place_axes,
     RED,
+    trust_figure,
     write_picture,
 )
+from comply_ros.plots.running_mean import running_mean
+from comply_ros.protocol.messages import Episode
+from comply_ros.world.mdp import World
 
-WINDOW = 9  # iterations in the running mean of a learning curve, at most
+Summary = Mapping[str, Any]  # of a run, as in `summary.json`
 
 
-def draw_learning_curve(path, curves, summary):
+def draw_learning_curve(path: Path, curves: NDArray[np.float64], summary: Summary) -> None:
     """
-    Write a PNG of the mean return per iteration, with the optimal and the mentor's level.
+    Write a PNG of the mean return per iteration, with the optimal and the mentor's return.
 
-    path: of the file.
-    curves: `curves[seed, iteration]`.
-    summary: of the (first) run.
-
+    curves: `curves[seed, iteration]`. summary: of the first seed.
     """
-    figure = Figure(figsize=(8, 4.5))
-    axes = place_axes(figure, 0.9, 0.6, 6.9, 3.5)
+    figure, axes = _new_axes(summary)
     iterations = np.arange(1, curves.shape[1] + 1)
     mean = curves.mean(axis=0)
     if len(curves) > 1:
@@ -40,23 +44,21 @@ def draw_learning_curve(path, curves, summary):
     else:
         axes.plot(iterations, mean, color=BLUE, alpha=0.3, linewidth=1)
     axes.plot(iterations, running_mean(mean), color=BLUE, linewidth=2.2, label='learner')
-    _level(axes, summary['optimal_return'], GREEN, 'optimal', '-')
-    if summary['mentor_return'] is not None:
-        _level(axes, summary['mentor_return'], ORANGE, 'mentor', '--')
+    for name, color, line in (('optimal', GREEN, '-'), ('mentor', ORANGE, '--')):
+        level = summary[f'{name}_return']
+        if level is not None:
+            axes.axhline(level, color=color, linestyle=line, linewidth=1.5,
+                         label=f'{name} ({level:.2f})')
     axes.set(xlabel=f'iteration ({summary["episodes"]} episodes each)',
              ylabel='mean return of an episode', xlim=(1, max(2, len(iterations))))
-    _dress(axes, summary, 'center right')
+    axes.legend(frameon=False, loc='center right')
     write_picture(figure, path)
 
 
-def draw_episode_lengths(path, episodes, limit, summary):
-    """
-    Write a PNG of the steps that each `Episode` took, in their order.
-
-    limit: steps after which an episode is cut off: those are marked.
-    """
-    figure = Figure(figsize=(8, 4.5))
-    axes = place_axes(figure, 0.9, 0.6, 6.9, 3.5)
+def draw_episode_lengths(path: Path, episodes: Sequence[Episode], step_limit: int,
+                         summary: Summary) -> None:
+    """Write a PNG of the number of steps of each episode; those cut off are marked."""
+    figure, axes = _new_axes(summary)
     steps = np.array([each.steps for each in episodes])
     numbers = np.arange(1, len(steps) + 1)
     cut = np.array([each.truncated for each in episodes])
@@ -64,48 +66,29 @@ def draw_episode_lengths(path, episodes, limit, summary):
               label='reached a goal')
     if cut.any():
         axes.plot(numbers[cut], steps[cut], 'x', color=RED, markersize=5,
-                  label=f'cut off at {limit} steps')
+                  label=f'cut off at {step_limit} steps')
     axes.plot(numbers, running_mean(steps), color=BLUE, linewidth=2.2, label='running mean')
     axes.set(xlabel='episode', ylabel='steps', xlim=(0, len(steps) + 1), ylim=(0, None))
-    _dress(axes, summary, 'upper right')
+    axes.legend(frameon=False, loc='upper right')
     write_picture(figure, path)
 
 
-def running_mean(values):
-    """Mean over a window of iterations that is centred, and cut at both ends."""
-    reach = min(WINDOW, len(values) // 8) // 2
-    return np.array([values[max(0, i - reach):i + reach + 1].mean() for i in range(len(values))])
+def draw_trust_map(path: Path, world: World, advice: NDArray[np.int8],
+                   confidence: NDArray[np.float64], visited: NDArray[np.bool_],
+                   summary: Summary) -> None:
+    """Write a PNG of a `trust_figure`."""
+    title = (f'Where {summary["method"]} follows its mentor ({summary["mentor"]}); '
+             'grey: never visited')
+    write_picture(trust_figure(world, title, advice, confidence, visited), path)
 
 
-def draw_trust_map(path, world, advice, confidence, visited, summary):
-    """
-    Write a PNG of the mentor's arrows: green where the learner listens, red where it does not.
-
-    path: of the file.
-    world: the `World`.
-    advice: `advice[s]`, the mentor's actions.
-    confidence: `p[s]`.
-    visited: `visited[s]`, bool: pale arrows where the learner has never been.
-    summary: of the run.
-
-    """
-    figure, axes = grid_figure(
-        world, f'Where {summary["method"]} listens to its mentor ({summary["mentor"]}); '
-        'grey: never visited', beside=1.2)
-    draw_trust(figure, axes, world, advice, confidence, visited)
-    write_picture(figure, path)
-
-
-def _level(axes, value, colour, name, line):
-    axes.axhline(value, color=colour, linestyle=line, linewidth=1.5, label=f'{name} ({value:.2f})')
-
-
-def _dress(axes, summary, legend):
-    """Give axes over whole numbers their title, grid and legend."""
+def _new_axes(summary: Summary) -> tuple[Figure, Axes]:
+    figure = Figure(figsize=(8, 4.5))
+    axes = place_axes(figure, 0.9, 0.6, 6.9, 3.5)
     axes.set_title(f'{summary["method"]} on {summary["map"]}, mentor {summary["mentor"]}',
                    loc='left', fontsize=11, color=INK)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.spines[['top', 'right']].set_visible(False)
     axes.grid(color='#eee')
     axes.set_axisbelow(True)
-    axes.legend(frameon=False, loc=legend)
+    return figure, axes

@@ -1,74 +1,73 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A grid world as points in metres, percentages and colours: what a viewer draws."""
+"""A grid world as points in metres, angles and percentages: what a viewer draws."""
+
+from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from comply_ros.world.grid import NO_ACTION, STEPS
+from comply_ros.world.mdp import World
 
 UNKNOWN, FREE, OCCUPIED = -1, 0, 100  # cells of an occupancy grid, in percent
-TRUST_SCALE = ('#CC3311', '#e8d9b0', '#009E73')  # from no confidence to full
 VALUE_SCALE = ('#f7fbff', '#2f7fb8')  # from the lowest value to the highest
-# Of an arrow to the right, in cells, the middle of its cell at (0, 0).
-DART = ((0.32, 0.0), (-0.26, 0.24), (-0.1, 0.0), (0.32, 0.0), (-0.1, 0.0), (-0.26, -0.24))
-LINES = ((-0.38, 0.0), (0.42, 0.0), (0.42, 0.0), (0.22, 0.14), (0.42, 0.0), (0.22, -0.14))
-CORNERS_OF_ARROW = len(DART)
+# Points (x, y) of an arrow to the right, in cells from the center of its cell.
+Shape = Sequence[tuple[float, float]]
+ARROW_TRIANGLES: Shape = (
+    (0.32, 0.0), (-0.26, 0.24), (-0.1, 0.0), (0.32, 0.0), (-0.1, 0.0), (-0.26, -0.24))
+ARROW_LINES: Shape = (
+    (-0.38, 0.0), (0.42, 0.0), (0.42, 0.0), (0.22, 0.14), (0.42, 0.0), (0.22, -0.14))
+POINTS_PER_ARROW = 6
 
 
-def middles(states, width, cell):
-    """`p[i]` = (x, y) of the middle of each state's cell in metres; cell: its side in metres."""
+def cell_centers(states: ArrayLike, width: int, cell: float) -> NDArray[np.float64]:
+    """
+    `p[i]` = (x, y) of the center of the cell of `states[i]`, in metres.
+
+    width: of the grid, in cells. cell: side of a cell, in metres.
+    """
     states = np.asarray(states)
     return (np.stack((states % width, states // width), axis=-1) + 0.5) * cell
 
 
-def arrows(states, actions, shape, width, cell):
-    """
-    `p[6 i + k]` = (x, y) in metres: corner k of a shape, turned to `actions[i]` in `states[i]`.
-
-    shape: DART, two triangles, or LINES, three lines.
-    """
+def arrow_points(states: ArrayLike, actions: ArrayLike, shape: Shape, width: int,
+                 cell: float) -> NDArray[np.float64]:
+    """`p[6 i + k]` = (x, y) of point k of a shape in `states[i]`, turned to `actions[i]`."""
     forward = np.array(STEPS, dtype=float)[np.asarray(actions, dtype=int)]
     left = np.stack((-forward[:, 1], forward[:, 0]), axis=-1)
-    along, aside = np.array(shape).T
-    corners = along[:, None] * forward[:, None] + aside[:, None] * left[:, None]
-    return (middles(states, width, cell)[:, None] + corners * cell).reshape(-1, 2)
+    along, across = np.array(shape).T
+    points = along[:, None] * forward[:, None] + across[:, None] * left[:, None]
+    return (cell_centers(states, width, cell)[:, None] + points * cell).reshape(-1, 2)
 
 
-def heading(s, s2, width):
-    """Angle in which s2 lies from s, in radians from x to y; None where they are the same."""
+def heading(s: int, s2: int, width: int) -> float | None:
+    """Angle from s to s2 in radians, from the x axis towards y; None if they are the same."""
     dx, dy = s2 % width - s % width, s2 // width - s // width
     return float(np.arctan2(dy, dx)) if dx or dy else None
 
 
-def occupancy(world):
-    """`o[s]`, list of int: 100 at an obstacle, 0 elsewhere."""
+def occupancy(world: World) -> list[int]:
+    """`o[s]`: 100 at an obstacle, 0 elsewhere."""
     return np.where(world.obstacle, OCCUPIED, FREE).tolist()
 
 
-def trust_percent(world, confidence):
-    """`o[s]`, list of int: confidence in percent where one can stand and act, -1 elsewhere."""
+def trust_percent(world: World, confidence: ArrayLike) -> list[int]:
+    """`o[s]`: confidence in percent, -1 where the learner never acts."""
     return np.where(world.free, percent(confidence), UNKNOWN).tolist()
 
 
-def percent(shares):
-    """Shares in [0, 1] as whole numbers of percent, int64."""
+def percent(shares: ArrayLike) -> NDArray[np.int64]:
+    """Shares in [0, 1] as whole numbers of percent."""
     return np.rint(100.0 * np.asarray(shares, dtype=float)).astype(int)
 
 
-def value_percent(world, values):
-    """`v[i]`, int: where the value of each free state lies between the lowest and highest."""
-    there = np.asarray(values, dtype=float)[world.free]
-    low, high = there.min(), there.max()
-    return percent((there - low) / (high - low)) if high > low else np.full(len(there), 50)
+def value_percent(world: World, values: ArrayLike) -> NDArray[np.int64]:
+    """`v[i]`: the value of free state i, from 0 for the lowest to 100 for the highest."""
+    free = np.asarray(values, dtype=float)[world.free]
+    low, high = free.min(), free.max()
+    return percent((free - low) / (high - low)) if high > low else np.full(len(free), 50)
 
 
-def advised(world, policy):
-    """States in which one can stand and the policy has an action."""
+def advised_states(world: World, policy: ArrayLike) -> NDArray[np.int64]:
+    """States in which a learner can act and the policy has an action."""
     return np.flatnonzero(world.free & (np.asarray(policy) != NO_ACTION))
-
-
-def palette(scale):
-    """`c[p]` = (red, green, blue) in [0, 1] for 0 to 100 percent of a scale of colours."""
-    anchors = np.array([[int(colour[i:i + 2], 16) / 255.0 for i in (1, 3, 5)]
-                        for colour in scale])
-    places = np.linspace(0, 100, len(scale))
-    return np.stack([np.interp(np.arange(101), places, each) for each in anchors.T], axis=-1)

@@ -90,7 +90,7 @@ def summarize(options, reference, mentor_return, *, seed, returns, steps, wall_s
     digest: of the learner's arrays.
 
     """
-    counted = returns[options.row.measuring_iterations:]
+    counted = returns[options.config.measuring_iterations:]
     threshold = metrics.threshold(options.profile, reference.optimal_return)
     convergence = metrics.time_to_convergence(options.profile, counted, threshold)
     optimality = None if mentor_return is None else reference.optimality(mentor_return)
@@ -101,7 +101,7 @@ def summarize(options, reference, mentor_return, *, seed, returns, steps, wall_s
         'mentor_return': mentor_return, 'mentor_optimality': optimality,
         'optimal_return': reference.optimal_return, 'random_return': reference.random_return,
         'seed': seed, 'iterations': len(returns),
-        'measuring_iterations': len(returns) - len(counted), 'episodes': options.row.episodes,
+        'measuring_iterations': len(returns) - len(counted), 'episodes': options.config.episodes,
         'settings': options.settings, 'steps': steps, 'wall_seconds': wall_seconds,
         'steps_per_second': steps / wall_seconds, 'return_per_iteration': list(returns),
         'convergence_threshold': threshold, 'time_to_convergence': convergence,

@@ -1,48 +1,47 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A map as lines of a terminal: the robot, the advice, and how far the learner trusts it."""
+"""A map as lines of text: the robot, the advice, and the learner's confidence in it."""
 
-from comply_ros.world.grid import ARROWS, FREE, NO_ACTION
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from comply_ros.plots.trust_colors import xterm_trust_color
+from comply_ros.world.grid import ARROWS, FREE, Grid, NO_ACTION
 
 RESET, BOLD, DIM, REVERSE = '\x1b[0m', '\x1b[1m', '\x1b[2m', '\x1b[7m'
-REDS_TO_GREENS = (196, 202, 208, 214, 220, 184, 148, 112, 40)  # of the 256 colours
 
 
-def colour(trust):
-    """Return the escape sequence of a confidence in [0, 1], from red to green."""
-    last = len(REDS_TO_GREENS) - 1
-    return f'\x1b[38;5;{REDS_TO_GREENS[round(min(max(trust, 0.0), 1.0) * last)]}m'
-
-
-def window(focus, shown, length):
-    """Return the first of `shown` places out of `length`, such that the focus is in the middle."""
-    return min(max(0, focus - shown // 2), max(0, length - shown))
-
-
-def map_lines(grid, policy, trust, robot, cursor, columns, rows):
+def map_lines(grid: Grid, policy: NDArray[np.int8], confidence: Sequence[float] | None,
+              robot: int | None, cursor: int | None, columns: int, rows: int) -> list[str]:
     """
-    Lines of a map, top row first; where it is larger than the room, what is round the cursor.
+    Lines of a map, top row first; of a large map, the part around the cursor or the robot.
 
-    policy: `advice[s]`, -1 for none. trust: `confidence[s]`, None where it is not known.
-    robot, cursor: states, None where there is none. columns, rows: of the room.
+    policy: `advice[s]`, -1 for none. confidence: `p[s]`, None if it is not known.
+    robot, cursor: states, None where there is none. columns, rows: of the terminal.
     """
     focus = cursor if cursor is not None else robot if robot is not None else 0
     x, y = grid.place(focus)
     width, height = min(grid.width, max(1, columns // 2)), min(grid.height, max(1, rows))
-    left, low = window(x, width, grid.width), window(y, height, grid.height)
-    return [' '.join(_sign(row * grid.width + column, grid, policy, trust, robot, cursor)
-                     for column in range(left, left + width))
-            for row in range(low + height - 1, low - 1, -1)]
+    left, bottom = first_shown(x, width, grid.width), first_shown(y, height, grid.height)
+
+    def cell_text(state: int) -> str:
+        cell, action, style = grid.cells[state], int(policy[state]), ''
+        if action != NO_ACTION:
+            cell = ARROWS[action]
+            if confidence is not None:
+                style = f'\x1b[38;5;{xterm_trust_color(confidence[state])}m'
+        elif cell == FREE:
+            style = DIM
+        if state == robot:
+            style, cell = BOLD + style, '@'
+        if state == cursor:
+            style += REVERSE
+        return f'{style}{cell}{RESET}' if style else cell
+    return [' '.join(cell_text(row * grid.width + column) for column in range(left, left + width))
+            for row in range(bottom + height - 1, bottom - 1, -1)]
 
 
-def _sign(state, grid, policy, trust, robot, cursor):
-    cell, action = grid.cells[state], int(policy[state])
-    style, sign = '', cell
-    if action != NO_ACTION:
-        style, sign = '' if trust is None else colour(trust[state]), ARROWS[action]
-    elif cell == FREE:
-        style = DIM
-    if state == robot:
-        style, sign = BOLD + style, '@'
-    if state == cursor:
-        style += REVERSE
-    return f'{style}{sign}{RESET}' if style else sign
+def first_shown(focus: int, shown: int, length: int) -> int:
+    """First of the `shown` places, out of `length`, that have the focus in their middle."""
+    return min(max(0, focus - shown // 2), max(0, length - shown))

@@ -1,40 +1,83 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a session shows at the terminal: a progress bar while it runs, a table at its end."""
+"""What a command shows at the terminal: a progress bar while it runs, a table at its end."""
 
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from math import isnan
+from pathlib import Path
+from typing import Any
+
+from rich import progress
 from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    SpinnerColumn,
-    TextColumn,
-    TimeRemainingColumn,
-)
-from rich.table import Table
+from rich.measure import Measurement
+from rich.table import Column, Table
+from rich.text import Text
 
 console = Console(stderr=True, highlight=False)
 
 
-def progress_bar():
-    """Return a `rich` progress bar, to be used in a `with`."""
-    return Progress(
-        SpinnerColumn(), TextColumn('{task.description}'), BarColumn(bar_width=20),
-        MofNCompleteColumn(), TextColumn('{task.fields[now]}', markup=False),
-        TimeRemainingColumn(), console=console)
+class StatusPart(progress.ProgressColumn):
+    """Part `number` of the field `now` of a task: a text, or a tuple, the most important first."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__()
+        self._number = number
+
+    def render(self, task: progress.Task) -> Text:
+        """Return the part, or nothing where the task has fewer."""
+        now = task.fields['now']
+        parts = (now,) if isinstance(now, str) else now
+        return Text(''.join(parts[self._number:self._number + 1]), no_wrap=True,
+                    overflow='ellipsis')
 
 
-def words(mean_return, confidence, steps_per_second=None):
-    """How an iteration went, in one phrase for the progress bar."""
-    msg = [f'return {mean_return:7.2f}']
-    if confidence == confidence:  # nan: nobody to trust
-        msg.append(f'confidence {confidence:.2f}')
+class FittingProgress(progress.Progress):
+    """
+    A progress bar that leaves out columns until the line fits the terminal.
+
+    droppable: the columns that may be left out, the least important first.
+    """
+
+    def __init__(self, *columns: progress.ProgressColumn,
+                 droppable: Sequence[progress.ProgressColumn]) -> None:
+        self._all, self._droppable = columns, droppable
+        super().__init__(*columns, console=console)
+
+    def make_tasks_table(self, tasks: Iterable[progress.Task]) -> Table:
+        """Return the lines of the tasks, for the width that the terminal has now."""
+        tasks, unlimited = list(tasks), console.options.update(max_width=10_000)
+        for count in range(len(self._droppable) + 1):
+            dropped = self._droppable[:count]
+            self.columns = tuple(each for each in self._all if each not in dropped)
+            table = super().make_tasks_table(tasks)
+            if Measurement.get(console, unlimited, table).maximum <= console.width:
+                break
+        return table
+
+
+def progress_bar() -> progress.Progress:
+    """Return a progress bar, for a `with`; its tasks have a field `now`, see `StatusPart`."""
+    spinner, bar = progress.SpinnerColumn(), progress.BarColumn(bar_width=20)
+    count = progress.MofNCompleteColumn(table_column=Column(no_wrap=True))
+    time = progress.TimeRemainingColumn(compact=True)
+    parts = [StatusPart(number) for number in range(3)]
+    return FittingProgress(
+        spinner, progress.TextColumn('{task.description}'), bar, count, time, *parts,
+        droppable=(spinner, parts[2], bar, parts[1], time))
+
+
+def iteration_status(mean_return: float, confidence: float,
+                     steps_per_second: float | None = None) -> tuple[str, ...]:
+    """Return the field `now` of a progress bar after an iteration."""
+    parts = [f'return {mean_return:7.2f}']
+    if not isnan(confidence):  # nan: no decision had advice
+        parts.append(f' confidence {confidence:.2f}')
     if steps_per_second:
-        msg.append(f'{steps_per_second:,.0f} steps/s')
-    return '  '.join(msg)
+        parts.append(f' {steps_per_second:,.0f} steps/s')
+    return tuple(parts)
 
 
-def show_table(summary, seeds, pictures):
-    """Print what was reached, and where the files are; summary: of the first of the seeds."""
+def show_table(summary: Mapping[str, Any], seeds: Sequence[int], files: Iterable[Path]) -> None:
+    """Print the results of the first of the seeds, and the paths of the files."""
     table = Table(show_header=False, box=None, padding=(0, 2, 0, 0))
     for name, value, remark in _rows(summary):
         table.add_row(name, value, f'[dim]{remark}[/]')
@@ -44,11 +87,11 @@ def show_table(summary, seeds, pictures):
     console.print()
     console.print(table)
     console.print()
-    for path in pictures:
+    for path in files:
         console.print(f'  {path}', soft_wrap=True)
 
 
-def show_columns(heads, rows):
+def show_columns(heads: Iterable[str], rows: Iterable[Iterable[str]]) -> None:
     """Print rows of text under their heads: names to the left, numbers to the right."""
     table = Table(box=None, padding=(0, 2, 0, 0))
     for number, head in enumerate(heads):
@@ -58,16 +101,13 @@ def show_columns(heads, rows):
     console.print(table)
 
 
-def _percent(optimality):
-    return '' if optimality is None else f', {optimality:.1%} optimal'
-
-
-def _rows(summary):
+def _rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
     returns, convergence = summary['return_per_iteration'], summary['time_to_convergence']
     yield 'optimal policy', f'{summary["optimal_return"]:.2f}', 'expected return of an episode'
     if summary['mentor_return'] is not None:
-        yield ('mentor', f'{summary["mentor_return"]:.2f}',
-               summary['mentor'] + _percent(summary['mentor_optimality']))
+        optimality = summary['mentor_optimality']
+        yield ('mentor', f'{summary["mentor_return"]:.2f}', summary['mentor'] + (
+            '' if optimality is None else f', {optimality:.1%} optimal'))
     yield 'random policy', f'{summary["random_return"]:.2f}', ''
     yield 'learner, first', f'{returns[0]:.2f}', f'{summary["method"]}, mean of an iteration'
     yield 'learner, last', f'{returns[-1]:.2f}', f'iteration {len(returns)}'

@@ -1,40 +1,41 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How processes end: Ctrl-C as a question asked between two steps, and no child left alone."""
+"""How processes end: Ctrl-C as a flag that is checked between two steps; no orphaned child."""
 
+from collections.abc import Generator
 from contextlib import contextmanager
 import ctypes
 import os
 import signal
 
 
-class Stop:
+class StopFlag:
     """
-    Whether somebody wants to stop.
+    Whether the user wants to stop.
 
-    A `threading.Event` takes a lock to be set: a second signal on top of the first would wait for
-    itself forever.
+    Unlike `threading.Event`, it takes no lock to be set: a second signal during the handler of
+    the first would wait for that lock forever.
     """
 
-    def __init__(self):
-        self._wanted = False
+    def __init__(self) -> None:
+        self._is_set = False
 
-    def set(self):
+    def set(self) -> None:
         """Stop as soon as possible."""
-        self._wanted = True
+        self._is_set = True
 
-    def is_set(self):
+    def is_set(self) -> bool:
         """Tell whether to stop."""
-        return self._wanted
+        return self._is_set
 
 
 @contextmanager
-def interrupts():
+def interrupts() -> Generator[StopFlag]:
     """
-    Give a `Stop` that Ctrl-C and SIGTERM set while the block runs.
+    Give a `StopFlag` that Ctrl-C and SIGTERM set while the block runs.
 
-    A KeyboardInterrupt can come up inside a callback that swallows it; this cannot.
+    A KeyboardInterrupt could be raised inside a callback that swallows it.
     """
-    stop = Stop()
+    stop = StopFlag()
     before = {number: signal.signal(number, lambda *_: stop.set())
               for number in (signal.SIGINT, signal.SIGTERM)}
     try:
@@ -44,24 +45,17 @@ def interrupts():
             signal.signal(number, handler)
 
 
-def check(stop):
-    """
-    Return if nobody wants to stop.
-
-    Raises
-    ------
-    KeyboardInterrupt: if it is set.
-
-    """
+def check(stop: StopFlag) -> None:
+    """Raise KeyboardInterrupt if the flag is set."""
     if stop.is_set():
         raise KeyboardInterrupt
 
 
-def end_with_parent(parent):
+def end_with_parent(parent: int) -> None:
     """
-    Arrange that this process ends, as by SIGTERM, when the one that started it does (Linux).
+    Have the kernel end this process, as by SIGTERM, when its parent ends (Linux).
 
-    parent: its process id; if it has ended already, this process ends now.
+    parent: process id; if the parent has ended already, this process ends now.
     """
     ctypes.CDLL(None).prctl(1, signal.SIGTERM)  # PR_SET_PDEATHSIG
     if os.getppid() != parent:

@@ -1,51 +1,95 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The end of a session: its summary, its pictures and its table, the same for every driver."""
+"""The results of a training: summary, pictures and table, the same for `train` and `lesson`."""
+
+from collections.abc import Callable, Generator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor
+from contextlib import contextmanager
+from importlib import import_module
+from multiprocessing import get_context
+import os
+import signal
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from comply_ros.mentor.policy_text import format_policy
 from comply_ros.storage.run_files import summarize, write_json
 from comply_ros.terminal.console import show_table
+from comply_ros.terminal.interrupts import end_with_parent
+from comply_ros.terminal.training_options import TrainingOptions
+from comply_ros.world.planning import ReferenceReturns
+
+PLOTS = 'comply_ros.plots.training_plots'  # loaded when it is used: it loads matplotlib
+Plot = Callable[..., Future]  # called with the name of a function of PLOTS, and its arguments
+PER_SEED = ('seed', 'steps', 'wall_seconds', 'steps_per_second', 'return_per_iteration',
+            'time_to_convergence', 'reward_ratio', 'regret', 'final_return', 'digest')
 
 
-def end_session(options, reference, advice, outcomes, paint):
+def plot_here(name: str, *arguments: Any) -> Future:
+    """Plot in this process, which may have threads; return a future that is done."""
+    done: Future = Future()
+    done.set_result(_plot(name, *arguments))
+    return done
+
+
+@contextmanager
+def plot_process() -> Generator[Plot]:
     """
-    Write and show what the runs of a session came to; return the summary.
+    Give a `Plot` that works in another process, which loads matplotlib while this one learns.
 
-    options: the `TrainingOptions`.
-    yardstick: the `ReferenceReturns` of its world.
-    advice: `advice[s]` of the mentor.
+    Enter it before there are threads: the process is a fork of this one.
+    """
+    with ProcessPoolExecutor(1, get_context('fork'), _init_worker, (os.getpid(),)) as pool:
+        pool.submit(_load_plots)
+        yield lambda name, *arguments: pool.submit(_plot, name, *arguments)
+
+
+def _init_worker(parent: int) -> None:
+    """Leave Ctrl-C to the parent, and end when it ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    end_with_parent(parent)
+
+
+def _load_plots() -> None:
+    import_module(PLOTS)
+
+
+def _plot(name: str, *arguments: Any) -> None:
+    getattr(import_module(PLOTS), name)(*arguments)
+
+
+def report_training(options: TrainingOptions, reference: ReferenceReturns,
+                    advice: NDArray[np.int8], outcomes: Sequence[dict[str, Any]],
+                    plot: Plot = plot_here) -> dict[str, Any]:
+    """
+    Write and show the results of a training; return its summary.
+
+    reference: of the world of the training. advice: `advice[s]` of the mentor.
     outcomes: one table for each seed, with `seed, returns, steps, wall_seconds, digest`;
         `learning.npz` of the first is already in the folder.
-    paint: what a `plot_process` gives.
-
     """
-    world = reference.world
     has_mentor = options.spec.kind != 'none'
     mentor_return = reference.return_of(advice) if has_mentor else None
-    singles = [summarize(options, reference, mentor_return, **each) for each in outcomes]
-    summary = singles[0] if len(singles) == 1 else _lists(singles)
+    summaries = [summarize(options, reference, mentor_return, **each) for each in outcomes]
+    first = summaries[0]
+    summary = first if len(summaries) == 1 else {
+        key: [each[key] for each in summaries] if key in PER_SEED else value
+        for key, value in first.items()}
     files = [write_json(options.out / 'summary.json', summary), options.out / 'learning.npz',
              options.out / 'learning_curve.png']
     curves = np.array([each['returns'] for each in outcomes])
-    drawn = [paint('draw_learning_curve', files[-1], curves, singles[0])]
+    plots = [plot('draw_learning_curve', files[-1], curves, first)]
     if has_mentor:
         files.append(options.out / 'mentor.txt')
-        files[-1].write_text(format_policy(advice, world))
-    if has_mentor and options.row.needs_mentor():
+        files[-1].write_text(format_policy(advice, reference.world))
+    if has_mentor and options.config.needs_mentor():
         files.append(options.out / 'trust_map.png')
         with np.load(options.out / 'learning.npz') as learned:
-            drawn.append(paint('draw_trust_map', files[-1], world, advice,
-                               learned['confidence'], learned['departures'] > 1, singles[0]))
-    for picture in drawn:
-        picture.result()
-    show_table(singles[0], [each['seed'] for each in singles], files)
+            plots.append(plot('draw_trust_map', files[-1], reference.world, advice,
+                              learned['confidence'], learned['departures'] > 1, first))
+    for each in plots:
+        each.result()
+    show_table(first, [each['seed'] for each in summaries], files)
     return summary
-
-
-def _lists(singles):
-    """One table of many: what differs from seed to seed becomes a list."""
-    always = ('seed', 'steps', 'wall_seconds', 'steps_per_second', 'return_per_iteration',
-              'time_to_convergence', 'reward_ratio', 'regret', 'final_return', 'digest')
-    return {key: [each[key] for each in singles] if key in always else value
-            for key, value in singles[0].items()}

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a session is asked to do: the options that `train` and `lesson` share, checked at once."""
+"""The options that `train` and `lesson` share, checked before anything starts."""
 
 import argparse
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 import sys
+from typing import Any
 
 from comply_ros.learner.learner_config import ConfigError, LearnerConfig, with_text
 from comply_ros.learner.presets import find_method, METHODS
@@ -19,22 +21,22 @@ from comply_ros.world.grid import Grid, MapError
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import PlanningError
 
+# Their messages are for the user.
 MISTAKES = (MapError, MentorError, ConfigError, OutputError, PlanningError, PolicyError)
 
 
 @dataclass(frozen=True)
 class TrainingOptions:
     """
-    A checked session: what was asked for, and what it means.
+    The options of a training, checked.
 
     Attributes
     ----------
-    map_name, profile, method, mentor, mentor_seed, seed: as given.
-    settings: table of what `--set`, `--iterations` and `--episodes` changed.
+    settings: the fields of the method that `--set`, `--iterations` and `--episodes` changed.
     budget, advising: how many recommendations the mentor has, and when it gives one.
-    grid, row, spec: the `Grid`, `LearnerConfig` and mentor `MentorSpec` that these stand for.
-    out: `Path` of the folder for the results.
-    rest: the parsed command line, for options that only one command has.
+    grid, config, spec: what the names of map, method and mentor stand for.
+    out: folder for the results.
+    args: the parsed command line, for options that only one command has.
 
     """
 
@@ -44,18 +46,18 @@ class TrainingOptions:
     mentor: str
     mentor_seed: int
     seed: int
-    settings: dict
+    settings: dict[str, Any]
     budget: int
     advising: str
     grid: Grid
-    row: LearnerConfig
+    config: LearnerConfig
     spec: MentorSpec
     out: Path
-    rest: argparse.Namespace
+    args: argparse.Namespace
 
 
-def training_parser(program, description):
-    """`ArgumentParser` with the options that `train` and `lesson` share."""
+def training_parser(program: str, description: str) -> argparse.ArgumentParser:
+    """Return a parser of the options that `train` and `lesson` share."""
     parser = argparse.ArgumentParser(program, description=description)
     add = parser.add_argument
     add('--map', default='maze', metavar='NAME|FILE',
@@ -63,20 +65,21 @@ def training_parser(program, description):
     add('--method', default='beta_implicit', metavar='NAME',
         help=f'{", ".join(METHODS["published"])} (default: %(default)s)')
     add('--mentor', default='snapshot:0.75', metavar='SPEC',
-        help='optimal, random, adversarial, noisy:P, snapshot:Q, file:PATH, none; with @C behind '
-        'it, in a share C of the states only (default: %(default)s)')
+        help='optimal, random, adversarial, noisy:P, snapshot:Q, file:PATH or none; with @C '
+        'behind it, in a share C of the states only (default: %(default)s)')
     add('--mentor-seed', type=int, default=0, metavar='K',
         help='which one of the mentors of this kind (default: %(default)s)')
     add('--budget', type=int, default=UNLIMITED, metavar='N',
-        help='recommendations that the mentor has to give; 0: no limit (default)')
+        help='recommendations that the mentor may give; 0: no limit (default)')
     add('--advising', default='early', metavar='WHEN',
-        help='with a budget: early, important (where much depends on it) or mistakes (where the '
-        'learner did something else the last time) (default: %(default)s)')
+        help='when a mentor with a budget gives advice: early (in the first states), important '
+        '(where much depends on the action) or mistakes (where the learner last chose another '
+        'action) (default: %(default)s)')
     add('--profile', default='published', metavar='NAME',
-        help='report: as its text says; published: as the runs behind its figures '
-        '(default: %(default)s)')
-    add('--iterations', metavar='N', help="(default: the method's own, mostly 400)")
-    add('--episodes', metavar='N', help="per iteration (default: the method's own, mostly 15)")
+        help='settings of the report: published (the runs behind its figures) or report (its '
+        'text) (default: %(default)s)')
+    add('--iterations', metavar='N', help='(default: that of the method, mostly 400)')
+    add('--episodes', metavar='N', help='per iteration (default: that of the method, mostly 15)')
     add('--seed', type=int, default=0, metavar='K', help='(default: %(default)s)')
     add('--set', action='append', default=[], metavar='FIELD=VALUE', dest='changes',
         help='change one field of the method; may be repeated')
@@ -84,58 +87,53 @@ def training_parser(program, description):
     return parser
 
 
-def check_options(given):
-    """
-    `TrainingOptions` of a parsed command line. Everything that can be wrong is said now.
-
-    Raises
-    ------
-    one of MISTAKES: naming the thing, the rule and the value.
-
-    """
-    row = find_method(given.method, given.profile)
+def check_options(args: argparse.Namespace) -> TrainingOptions:
+    """Return the checked options, with the folder made; raises one of MISTAKES."""
+    config = find_method(args.method, args.profile)
     settings = {}
-    for name, text in _changes(given):
-        row = with_text(row, name, text)
-        settings[name] = getattr(row, name)
-    if row.iterations == 0:
-        raise ConfigError('a session needs an end: iterations must be at least 1, got 0')
+    for name, text in _changes(args):
+        config = with_text(config, name, text)
+        settings[name] = getattr(config, name)
+    if config.iterations == 0:
+        raise ConfigError('a training needs an end: iterations must be at least 1, got 0')
     for name in ('seed', 'mentor_seed'):
-        if not 0 <= getattr(given, name) <= SEED_LIMIT:
-            raise ConfigError(f'{name} must lie in [0, {SEED_LIMIT}], got {getattr(given, name)}')
-    validate_advice_budget(given.budget, given.advising)
-    grid, spec = read_map(given.map, given.profile), read_mentor_spec(given.mentor)
+        if not 0 <= getattr(args, name) <= SEED_LIMIT:
+            raise ConfigError(f'{name} must lie in [0, {SEED_LIMIT}], got {getattr(args, name)}')
+    validate_advice_budget(args.budget, args.advising)
+    grid, spec = read_map(args.map, args.profile), read_mentor_spec(args.mentor)
     if spec.kind == 'file':
         parse_policy(spec.value, World(grid))
-    mentor = Path(given.mentor).stem if spec.kind == 'file' else given.mentor.replace(':', '_')
-    name = f'{Path(given.map).stem}-{given.method}-{mentor}-{given.seed}'
-    return TrainingOptions(given.map, given.profile, given.method, given.mentor, given.mentor_seed,
-                   given.seed, settings, given.budget, given.advising, grid, row, spec,
-                   prepare_folder(given.out or Path('runs') / name), given)
+    mentor = Path(args.mentor).stem if spec.kind == 'file' else args.mentor.replace(':', '_')
+    folder = f'{Path(args.map).stem}-{args.method}-{mentor}-{args.seed}'
+    return TrainingOptions(
+        args.map, args.profile, args.method, args.mentor, args.mentor_seed, args.seed, settings,
+        args.budget, args.advising, grid, config, spec,
+        prepare_folder(args.out or Path('runs') / folder), args)
 
 
-def _changes(given):
-    for change in given.changes:
+def _changes(args: argparse.Namespace) -> Iterator[tuple[str, str]]:
+    for change in args.changes:
         name, equals, text = change.partition('=')
         if not equals:
             raise ConfigError(f'--set takes FIELD=VALUE, got {change!r}')
         yield name, text
     for name in ('iterations', 'episodes'):
-        if getattr(given, name) is not None:
-            yield name, getattr(given, name)
+        if getattr(args, name) is not None:
+            yield name, getattr(args, name)
 
 
-def main_with(parser, run, argv):
-    """Parse a command line, run it, and return the exit code; a mistake is one line and 2."""
-    given = parser.parse_args(argv[1:])
-    return guarded(parser.prog, MISTAKES, lambda: run(check_options(given)))
+def main_with(parser: argparse.ArgumentParser, run: Callable[[TrainingOptions], int],
+              argv: Sequence[str]) -> int:
+    """Return the exit code of `run(options)` for the options of a command line, as `guarded`."""
+    args = parser.parse_args(argv[1:])
+    return guarded(parser.prog, MISTAKES, lambda: run(check_options(args)))
 
 
-def guarded(program, mistakes, run):
+def guarded(program: str, mistakes: tuple[type[Exception], ...], run: Callable[[], int]) -> int:
     """
-    Return the exit code of run(); what goes wrong is told in one line.
+    Return the exit code of `run()`; print what went wrong in one line.
 
-    mistakes: exception types whose message is for the user (exit code 2).
+    mistakes: exceptions whose message is for the user (exit code 2).
     """
     try:
         return run()

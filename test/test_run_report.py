@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A process that draws."""
+"""The pictures of a report are drawn in another process, or in this one."""
 
 import os
 
 import numpy as np
 import pytest
 
-from comply_ros.plots.plot_process import plot_in_process, plot_process
+from comply_ros.terminal.run_report import plot_here, plot_process
 
 SUMMARY = {'optimal_return': 1.0, 'mentor_return': None, 'episodes': 2, 'method': 'sarsa',
            'map': 'maze', 'mentor': 'none'}
@@ -20,21 +20,21 @@ def children():
 
 def test_a_picture_is_drawn_by_another_process_that_then_ends(tmp_path):
     before = children()
-    with plot_process() as paint:
-        done = paint('draw_learning_curve', tmp_path / 'a.png', np.zeros((1, 5)), SUMMARY)
+    with plot_process() as plot:
+        done = plot('draw_learning_curve', tmp_path / 'a.png', np.zeros((1, 5)), SUMMARY)
         assert len(children() - before) == 1
         done.result()
     assert (tmp_path / 'a.png').read_bytes()[:4] == b'\x89PNG'
     assert children() <= before
 
 
-def test_what_goes_wrong_there_is_said_here(tmp_path):
-    with plot_process() as paint, pytest.raises(FileNotFoundError):
-        paint('draw_learning_curve', tmp_path / 'no' / 'a.png', np.zeros((1, 5)), SUMMARY).result()
+def test_an_error_in_the_other_process_is_raised_here(tmp_path):
+    with plot_process() as plot, pytest.raises(FileNotFoundError):
+        plot('draw_learning_curve', tmp_path / 'no' / 'a.png', np.zeros((1, 5)), SUMMARY).result()
 
 
 def test_a_process_with_threads_draws_itself(tmp_path):
     before = children()
-    done = plot_in_process('draw_learning_curve', tmp_path / 'a.png', np.zeros((1, 5)), SUMMARY)
+    done = plot_here('draw_learning_curve', tmp_path / 'a.png', np.zeros((1, 5)), SUMMARY)
     assert done.done() and (tmp_path / 'a.png').exists()
     assert children() == before
