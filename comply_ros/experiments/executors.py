@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from comply_ros.experiments import training_runs
 from comply_ros.experiments.training_runs import Run
-from comply_ros.terminal.interrupts import check, Stop
+from comply_ros.terminal.interrupts import check, StopFlag
 from comply_ros.terminal.training_options import MISTAKES
 
 RESULT_COLUMNS = ('iterations', 'steps', 'time_to_convergence', 'reward_ratio', 'regret',
@@ -39,7 +39,7 @@ class Executor(NamedTuple):
     max_pending: int
 
 
-def measure(run: Run, stop: Stop | None = None) -> dict[str, object] | None:
+def measure(run: Run, stop: StopFlag | None = None) -> dict[str, object] | None:
     """Learn a run and return its `RESULT_COLUMNS` by name; None if `stop` was set."""
     result = training_runs.learn(run, stop)
     if result is None:
@@ -51,7 +51,7 @@ def measure(run: Run, stop: Stop | None = None) -> dict[str, object] | None:
             'digest': result.digest}
 
 
-def completed(executor: Executor, jobs: Iterable[tuple[Any, Any]], stop: Stop
+def completed(executor: Executor, jobs: Iterable[tuple[Any, Any]], stop: StopFlag
               ) -> Iterator[tuple[Any, Any]]:
     """
     Submit each `(key, job)` and yield each `(key, result)`, in the order of completion.
@@ -82,7 +82,7 @@ def completed(executor: Executor, jobs: Iterable[tuple[Any, Any]], stop: Stop
     check(stop)
 
 
-def _wait(done: SimpleQueue, stop: Stop) -> Any:
+def _wait(done: SimpleQueue, stop: StopFlag) -> Any:
     """Return the next key of the queue; raise KeyboardInterrupt if there is none and must stop."""
     while True:
         try:
@@ -92,7 +92,7 @@ def _wait(done: SimpleQueue, stop: Stop) -> Any:
 
 
 @contextmanager
-def local_executor(function: Callable[[Any, Stop], Any], stop: Stop, workers: int | None = None
+def local_executor(function: Callable[[Any, StopFlag], Any], stop: StopFlag, workers: int | None = None
                    ) -> Iterator[Executor]:
     """Give an `Executor` of threads, one a core by default, that call `function(job, stop)`."""
     workers = workers or os.cpu_count() or 1

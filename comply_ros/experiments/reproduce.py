@@ -23,7 +23,7 @@ from comply_ros.storage.map_files import read_map
 from comply_ros.storage.mentor_cache import read_mentor_spec
 from comply_ros.storage.run_files import OutputError, prepare_folder, write_json
 from comply_ros.terminal.console import console, progress_bar
-from comply_ros.terminal.interrupts import check, interrupts, Stop
+from comply_ros.terminal.interrupts import check, interrupts, StopFlag
 from comply_ros.terminal.training_options import guarded, MISTAKES
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import optimal_policy
@@ -148,11 +148,11 @@ def _complete(
             cache.save_greedy_curve(run, training_runs.greedy_curve(run))
 
 
-def _compute(missing: Sequence[Run], watched: set[Run], cache: ResultCache, stop: Stop) -> None:
+def _compute(missing: Sequence[Run], watched: set[Run], cache: ResultCache, stop: StopFlag) -> None:
     """Compute the missing cells on all cores; save each as soon as all its seeds are done."""
     results: dict[Run, dict[int, RunResult]] = {run: {} for run in missing}
 
-    def learn(job: tuple[Run, int], stop: Stop) -> RunResult | None:
+    def learn(job: tuple[Run, int], stop: StopFlag) -> RunResult | None:
         run, seed = job
         return training_runs.learn(run._replace(seed=seed), stop, run in watched)
     jobs = ((run, seed) for run in missing for seed in range(cache.seeds))

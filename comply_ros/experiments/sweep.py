@@ -14,7 +14,7 @@ from comply_ros.experiments.sweep_grid import Sweep
 from comply_ros.experiments.sweep_yaml import read_sweep, SweepFileError
 from comply_ros.learner.learner_config import ConfigError
 from comply_ros.terminal.console import console, progress_bar
-from comply_ros.terminal.interrupts import interrupts, Stop
+from comply_ros.terminal.interrupts import interrupts, StopFlag
 from comply_ros.terminal.training_options import MISTAKES
 
 ERRORS = (SweepFileError, TableError, *MISTAKES, ClusterError, OSError, KeyboardInterrupt)
@@ -69,7 +69,7 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _executor(options: argparse.Namespace, stop: Stop) -> AbstractContextManager[Executor]:
+def _executor(options: argparse.Namespace, stop: StopFlag) -> AbstractContextManager[Executor]:
     if options.scheduler is not None:
         if options.workers is not None:
             raise ConfigError('--workers is for this machine, but a cluster has its own workers: '
@@ -93,7 +93,7 @@ def finished_runs(sweep: Sweep, table: CsvTable) -> set[int]:
     return done
 
 
-def _fill(table: CsvTable, sweep: Sweep, done: set[int], executor: Executor, stop: Stop) -> None:
+def _fill(table: CsvTable, sweep: Sweep, done: set[int], executor: Executor, stop: StopFlag) -> None:
     """Add each missing run to the table and to `done` as soon as it has completed."""
     missing = ((k, sweep.run(k)) for k in range(len(sweep)) if k not in done)
     with progress_bar() as bar:

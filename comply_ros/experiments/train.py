@@ -3,6 +3,7 @@
 
 from collections.abc import Callable, Sequence
 import time
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +14,8 @@ from comply_ros.learner.training import IterationResult, Training
 from comply_ros.mentor.advice_budget import AdviceBudget
 from comply_ros.storage.mentor_cache import is_slow, mentor_policy
 from comply_ros.storage.run_files import save_learning
-from comply_ros.terminal.console import iteration_status, Progress, progress_bar
-from comply_ros.terminal.interrupts import check, interrupts, Stop
+from comply_ros.terminal.console import iteration_status, progress_bar
+from comply_ros.terminal.interrupts import check, interrupts, StopFlag
 from comply_ros.terminal.run_report import plot_process, report_training
 from comply_ros.terminal.training_options import main_with, training_parser, TrainingOptions
 from comply_ros.world.mdp import World
@@ -46,7 +47,7 @@ def run(options: TrainingOptions) -> int:
                     if count == 1 else ''
                 bar.update(task, advance=1, now=now)
 
-            def train(seed: int, stop: Stop) -> dict | None:
+            def train(seed: int, stop: StopFlag) -> dict | None:
                 return train_seed(options, world, advice, seed, show, stop)
             seeds = range(options.seed, options.seed + count)
             with local_executor(train, stop) as executor:
@@ -55,7 +56,7 @@ def run(options: TrainingOptions) -> int:
     return 0
 
 
-def _advice(options: TrainingOptions, world: World, bar: Progress, stop: Stop
+def _advice(options: TrainingOptions, world: World, bar: Any, stop: StopFlag
             ) -> NDArray[np.int8]:
     """Return `advice[s]`; a mentor that takes long to generate has its own progress bar."""
     if not is_slow(options.spec, world, options.mentor_seed):
@@ -71,7 +72,7 @@ def _advice(options: TrainingOptions, world: World, bar: Progress, stop: Stop
 
 
 def train_seed(options: TrainingOptions, world: World, advice: NDArray[np.int8], seed: int,
-               on_iteration: Callable[[IterationResult], None], stop: Stop) -> dict | None:
+               on_iteration: Callable[[IterationResult], None], stop: StopFlag) -> dict | None:
     """
     Return the result of one seed; None if `stop` is set after an iteration.
 

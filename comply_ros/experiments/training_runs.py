@@ -19,7 +19,7 @@ from comply_ros.mentor.advice_budget import AdviceBudget, validate_advice_budget
 from comply_ros.mentor.policy_text import parse_policy, PolicyError
 from comply_ros.storage.map_files import read_map
 from comply_ros.storage.mentor_cache import mentor_policy, read_mentor_spec
-from comply_ros.terminal.interrupts import Stop
+from comply_ros.terminal.interrupts import StopFlag
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import greedy, ReferenceReturns
@@ -143,7 +143,7 @@ def mentor_return(run: Run) -> float | None:
     return reference_returns_of(run).return_of(advice) if (advice != NO_ACTION).any() else None
 
 
-def learn(run: Run, stop: Stop | None = None, watches_values: bool = False) -> RunResult | None:
+def learn(run: Run, stop: StopFlag | None = None, watches_values: bool = False) -> RunResult | None:
     """
     Return the `RunResult` of a run; None if `stop` was set on the way.
 
