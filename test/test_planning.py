@@ -16,12 +16,12 @@ from comply_ros.world.planning import (
     greedy,
     optimal_policy,
     optimal_values,
-    probabilities,
+    policy_probabilities,
+    policy_values,
     ReferenceReturns,
     sweeps_until,
     uniform_probabilities,
     value_iteration,
-    values_of,
 )
 
 
@@ -94,13 +94,13 @@ def test_where_all_policies_are_alike_there_is_no_optimality():
 def test_a_policy_without_advice_acts_at_random():
     world = corridor()
     silent = np.full(3, -1, dtype=np.int8)
-    assert probabilities(world, silent)[1].tolist() == [0.5, 0.5, 0.0, 0.0]
+    assert policy_probabilities(world, silent)[1].tolist() == [0.5, 0.5, 0.0, 0.0]
     assert ReferenceReturns(world).return_of(silent) == ReferenceReturns(world).random_return
 
 
 def test_returns_count_the_step_limit_and_obstacles():
     world = World(grid('.#', '.G', starts=(0,), limit=3, intended=1.0))
-    pi = probabilities(world, np.array([UP, -1, RIGHT, -1], dtype=np.int8))
+    pi = policy_probabilities(world, np.array([UP, -1, RIGHT, -1], dtype=np.int8))
     assert expected_return(world, pi) == pytest.approx(-1 - 5 - 5)
 
 
@@ -119,8 +119,8 @@ def test_value_iteration_yields_every_sweep():  # (2.14) in `..G`: 10*0.8 - 0.2,
 
 def test_the_value_of_a_policy_in_every_state():  # one step, right: -1 from 0, 7.8 from 1
     world = corridor(limit=1)
-    pi = probabilities(world, np.array([RIGHT, RIGHT, -1]))
-    assert values_of(world, pi).tolist() == pytest.approx([-1.0, 7.8, 0.0])
+    pi = policy_probabilities(world, np.array([RIGHT, RIGHT, -1]))
+    assert policy_values(world, pi).tolist() == pytest.approx([-1.0, 7.8, 0.0])
 
 
 def test_slips_that_never_bump_are_planned_with():
@@ -138,7 +138,7 @@ def test_an_evaluated_policy_is_worth_what_its_action_values_say(slips_bump):
     world = World(replace(grid('.#G', '...', limit=1), slips_bump=slips_bump))
     pi = uniform_probabilities(world)
     q = np.where(world.available, action_values(world, np.zeros(6)), 0.0)
-    assert values_of(world, pi)[world.free].tolist() == pytest.approx(
+    assert policy_values(world, pi)[world.free].tolist() == pytest.approx(
         (pi * q).sum(axis=1)[world.free].tolist())
 
 

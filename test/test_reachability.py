@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from comply_ros.world.reachability import connected_components, reachable
+from comply_ros.world.reachability import can_reach_goal, connected_components
 
 
 def walked(free, goal):
@@ -31,29 +31,29 @@ def test_ways_are_those_of_a_walk(seed):
     generator = np.random.Generator(np.random.PCG64(seed))
     cells = generator.choice(list('...##G'), p=[0.2, 0.2, 0.2, 0.19, 0.19, 0.02],
                              size=generator.integers(1, 40, size=2))
-    assert (reachable(cells == '.', cells == 'G') == walked(cells == '.', cells == 'G')).all()
+    assert (can_reach_goal(cells == '.', cells == 'G') == walked(cells == '.', cells == 'G')).all()
 
 
 def test_a_way_may_turn_as_often_as_it_likes():
     lines = ['.' * 41 if y % 2 == 0 else '#' * 40 + '.' if y % 4 == 1 else '.' + '#' * 40
              for y in range(41)]
     free, goal = signs('G' + '.' * 40, *lines[1:])
-    assert reachable(free, goal)[free].all()
+    assert can_reach_goal(free, goal)[free].all()
     free[20, 20] = False
-    assert (reachable(free, goal) == walked(free, goal)).all()
-    assert not reachable(free, goal)[free].all()
+    assert (can_reach_goal(free, goal) == walked(free, goal)).all()
+    assert not can_reach_goal(free, goal)[free].all()
 
 
 def test_no_way_leads_through_a_goal_or_an_obstacle_or_round_the_edge():
     free, goal = signs('..#G.', '###.#', '.....')
-    assert reachable(free, goal).astype(int).tolist() == [
+    assert can_reach_goal(free, goal).astype(int).tolist() == [
         [0, 0, 0, 1, 1], [0, 0, 0, 1, 0], [1, 1, 1, 1, 1]]
     free, goal = signs('#G#', '###', '..#')
-    assert reachable(free, goal).astype(int).tolist() == [[0, 1, 0], [0, 0, 0], [0, 0, 0]]
+    assert can_reach_goal(free, goal).astype(int).tolist() == [[0, 1, 0], [0, 0, 0], [0, 0, 0]]
 
 
 def test_a_map_of_goals_alone():
-    assert reachable(*signs('GG')).tolist() == [[True, True]]
+    assert can_reach_goal(*signs('GG')).tolist() == [[True, True]]
 
 
 def test_roots_are_equal_where_pairs_connect():

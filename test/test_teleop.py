@@ -68,7 +68,7 @@ def test_an_arrow_that_leads_out_is_refused_with_one_sentence_and_the_robot_wait
     with typist(*PATIENT) as person, nodes(tmp_path, grid_world=world, learner=LEARNER):
         person.sees('it waits for you')
         person.type('w')
-        person.sees("an action must not leave the grid, got '^' in row 1, column 1")
+        person.sees("an action must not leave the grid, got '^' in state 0 (row 1, column 1)")
         assert not ask.heard['action']
 
 

@@ -20,7 +20,12 @@ from comply_ros.world.planning import (
     TOLERANCE,
     value_iteration,
 )
-from comply_ros.world.value_iteration_jit import best_value, plain_runs, settled_values, update
+from comply_ros.world.value_iteration_jit import (
+    best_value,
+    compiled_value_iteration,
+    plain_runs,
+    update,
+)
 
 
 def random_grid(seed):
@@ -52,7 +57,7 @@ def in_numpy(world, discount=1.0):
 @pytest.mark.parametrize('name', map_names())
 def test_the_maps_of_the_package_have_the_same_bits(name):
     world = World(read_map(name, 'published'))
-    values, change = settled_values(world, 1.0, TOLERANCE, 10_000)
+    values, change = compiled_value_iteration(world, 1.0, TOLERANCE, 10_000)
     assert values.tobytes() == in_numpy(world).tobytes()
     assert change < TOLERANCE
 
@@ -61,7 +66,7 @@ def test_the_maps_of_the_package_have_the_same_bits(name):
 def test_random_maps_have_the_same_bits(seed):
     rows = random_grid(seed)
     world, discount = World(replace(rows, slips_bump=bool(seed % 2))), (1.0, 0.9)[seed % 3 == 0]
-    values, _ = settled_values(world, discount, TOLERANCE, 10_000)
+    values, _ = compiled_value_iteration(world, discount, TOLERANCE, 10_000)
     assert values.tobytes() == in_numpy(world, discount).tobytes()
 
 
@@ -71,13 +76,13 @@ def test_every_sweep_has_the_bits_of_its_twin(sweeps):  # also those whose value
     twin = value_iteration(world)
     for _ in range(sweeps):
         values, change = next(twin)
-    assert settled_values(world, 1.0, TOLERANCE, sweeps)[0].tobytes() == values.tobytes()
-    assert settled_values(world, 1.0, TOLERANCE, sweeps)[1] == change
+    assert compiled_value_iteration(world, 1.0, TOLERANCE, sweeps)[0].tobytes() == values.tobytes()
+    assert compiled_value_iteration(world, 1.0, TOLERANCE, sweeps)[1] == change
 
 
 def test_settled_values_are_a_fixed_point_within_the_tolerance():
     world = World(read_map('maze', 'report'))
-    values, _ = settled_values(world, 1.0, TOLERANCE, 10_000)
+    values, _ = compiled_value_iteration(world, 1.0, TOLERANCE, 10_000)
     again = np.where(world.free, action_values(world, values).max(axis=1), 0.0)
     assert np.abs(again - values).max() < TOLERANCE
 
@@ -87,11 +92,11 @@ def test_large_worlds_are_swept_in_machine_code(monkeypatch):
 
     def note(*arguments):
         swept.append(len(world.free))
-        return settled_values(*arguments)
-    monkeypatch.setattr(planning, 'settled_values', note)
+        return compiled_value_iteration(*arguments)
+    monkeypatch.setattr(planning, 'compiled_value_iteration', note)
     small = optimal_values(world)
     assert swept == []
-    monkeypatch.setattr(planning, 'MANY', 121)
+    monkeypatch.setattr(planning, 'LARGE', 121)
     large = optimal_values(world)
     assert swept == [121]
     assert large.tobytes() == small.tobytes()
@@ -101,7 +106,7 @@ def test_large_worlds_are_swept_in_machine_code(monkeypatch):
 
 @pytest.mark.parametrize('many', [1, 10_000])
 def test_values_that_do_not_settle_are_an_error_that_says_so(monkeypatch, many):
-    monkeypatch.setattr(planning, 'MANY', many)
+    monkeypatch.setattr(planning, 'LARGE', many)
     monkeypatch.setattr(planning, 'MOST_SWEEPS', 2)
     with pytest.raises(PlanningError) as error:
         optimal_values(corridor())
@@ -112,7 +117,7 @@ def test_values_that_do_not_settle_are_an_error_that_says_so(monkeypatch, many):
 def test_without_numba_large_worlds_are_swept_in_numpy():
     code = ('import sys; sys.modules["numba"] = None; sys.path.insert(0, "test");'
             'from comply_ros.world import planning; from tiny_worlds import corridor;'
-            'planning.MANY = 1; planning.settled_values = None;'
+            'planning.LARGE = 1; planning.compiled_value_iteration = None;'
             'print(planning.optimal_values(corridor()).round(6).tolist())')
     done = subprocess.run([sys.executable, '-c', code], check=True, capture_output=True, text=True,
                           cwd=value_iteration_jit.__file__.rpartition('comply_ros/world')[0])

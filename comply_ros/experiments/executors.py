@@ -10,6 +10,7 @@ from queue import Empty, SimpleQueue
 from typing import NamedTuple
 
 from comply_ros.experiments.training_runs import learn, measures, mentor_return, Run, yardstick_of
+from comply_ros.storage.kernel_cache import use_kernel_cache
 from comply_ros.terminal.interrupts import check
 from comply_ros.terminal.training_options import MISTAKES
 
@@ -53,6 +54,11 @@ def measure(run, stop=None):
             **measures(run, learned.returns), 'final_return': learned.returns[-1],
             'mentor_return': _mentor_return(run.map, run.profile, run.mentor, run.mentor_seed),
             'optimal_return': yardstick_of(run).optimal_return, 'digest': learned.digest}
+
+
+def _measure_in_worker(run):
+    use_kernel_cache()
+    return measure(run)
 
 
 @lru_cache(maxsize=64)
@@ -125,7 +131,7 @@ def cluster(address):
     loop = client.loop.asyncio_loop
 
     def submit(run):
-        job = client.submit(measure, run, pure=False)
+        job = client.submit(_measure_in_worker, run, pure=False)
         return asyncio.run_coroutine_threadsafe(_fetched(client, job), loop)
     try:
         yield Engine('on the cluster', submit, lambda job: _result(job, address), AHEAD)

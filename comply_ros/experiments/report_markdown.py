@@ -6,7 +6,8 @@ import shutil
 
 from comply_ros.experiments.report_tables import tables_of
 from comply_ros.experiments.report_text import DIFFERENCES, INTRODUCTION
-from comply_ros.storage.run_files import aside, OutputError
+from comply_ros.storage.file_system import atomic_write
+from comply_ros.storage.run_files import OutputError
 
 
 def write_page(path, numbers, figures, pictures):
@@ -25,7 +26,7 @@ def write_page(path, numbers, figures, pictures):
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         folder = _beside(path, figures, pictures)
-        with aside(path) as part:
+        with atomic_write(path) as part:
             part.write_text('\n'.join(page_lines(numbers, figures, folder)) + '\n')
     except OSError as error:
         raise OutputError(f'a page must be writable, got {str(path)!r} '

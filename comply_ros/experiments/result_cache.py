@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Cells of an experiment on disk: one run repeated with many seeds, computed once."""
 
+from dataclasses import astuple
 import hashlib
 from pathlib import Path
 from typing import NamedTuple
@@ -9,10 +10,10 @@ import zlib
 
 import numpy as np
 
-from comply_ros.experiments.training_runs import Growth, yardstick_of
-from comply_ros.numerics.jit import source_hash
+from comply_ros.experiments.training_runs import Growth, row_of, yardstick_of
+from comply_ros.storage.file_system import atomic_write
 from comply_ros.storage.mentor_cache import read_mentor_spec
-from comply_ros.storage.run_files import aside
+from comply_ros.storage.versions import ALGORITHM_VERSION, FORMAT_VERSION
 
 
 class CellData(NamedTuple):
@@ -38,7 +39,7 @@ class CellData(NamedTuple):
 
 class Cells:
     """
-    A folder of cells, each a file named by what was run and by the sources of core.
+    A folder of cells, each a file named by what was run and by the versions of what is stored.
 
     Parameters
     ----------
@@ -108,8 +109,9 @@ class Cells:
     def _path(self, run):
         spec = read_mentor_spec(run.mentor)  # files count by what is in them, not by their names
         grid = yardstick_of(run).world.grid.sha256
-        key = repr((run._replace(seed=0, mentor='', map=''), spec, grid, source_hash()))
-        name = hashlib.sha256(key.encode()).hexdigest()[:16]
+        key = (grid, run.profile, run.method, astuple(row_of(run)), tuple(spec), run.mentor_seed,
+               run.budget, run.advising, FORMAT_VERSION, ALGORITHM_VERSION)
+        name = hashlib.sha256(repr(key).encode()).hexdigest()[:16]
         return self.folder / f'{Path(run.map).stem}-{run.method}-{name}.npz'
 
     def _read(self, run):
@@ -131,7 +133,7 @@ def _write_whole(path, arrays):
     """Write arrays to an .npz file; an error names it."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with aside(path) as part, part.open('wb') as file:
+        with atomic_write(path) as part, part.open('wb') as file:
             np.savez_compressed(file, **arrays)
     except OSError as error:
         raise OSError(error.errno, error.strerror, str(path)) from None

@@ -154,7 +154,8 @@ class Mentor(Attendant):
         """Return all that it needs to go on later: facts that JSON can write, and arrays."""
         facts = {'run': self._attention.run, 'asked': self._asked, 'acted': self._acted,
                  'answer': self._answer}
-        return facts, {name: getattr(self._advising, name) for name in ('told', 'left', 'did')}
+        return facts, {name: getattr(self._advising, name)
+                       for name in ('advised', 'remaining', 'last_actions')}
 
     def _restore(self, facts, arrays, told):
         """Change into what a state was; then hear again what was told since."""
@@ -226,14 +227,14 @@ class Mentor(Attendant):
 
     def _advise(self, msg):
         """Return the `Recommendation` for a state, which may cost one of the budget."""
-        left = self._advising.left[0]
+        remaining = self._advising.remaining[0]
         self._turns.take(msg)
         self.turns += self._asked is None or step_id(msg) > step_id(self._asked)
         self._attention.committed |= step_id(msg) != FIRST  # somebody answers in this run
         self._asked, self._looks = msg, 0
         self._answer = (Recommendation(msg.run, msg.episode, msg.step, msg.state,
                                        self._advising.advise(msg.state)),)
-        if self.watches or self._advising.left[0] != left:
+        if self.watches or self._advising.remaining[0] != remaining:
             self.told.append(msg)
         return self._answer
 
