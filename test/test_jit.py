@@ -86,19 +86,27 @@ def test_a_cleared_cache_has_no_code_of_these_sources_and_all_of_others(tmp_path
     assert list(folder.parent.iterdir()) == [other]
 
 
-def test_a_spoiled_cache_is_made_anew(tmp_path, monkeypatch):
+def test_the_next_process_uses_the_compiled_code_and_compiles_again_where_it_is_spoiled(
+        tmp_path, monkeypatch):
     monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path))
     program = (f'{WITH_CACHE}; from test_training import trained;'
                'print(trained("sarsa", "report", iterations=1)[0].memory.digest())')
-    digests = set()
-    for spoiled in (None, b'', b'spoiled'):
-        for path in tmp_path.rglob('*.nb?') if spoiled is not None else ():
-            path.write_bytes(spoiled)
-        digests.add(subprocess.run([sys.executable, '-c', program], check=True,
-                                   capture_output=True, text=True,
-                                   cwd=Path(__file__).parent).stdout)
-        assert list(tmp_path.rglob('*.nbi'))
-    assert len(digests) == 1
+
+    def digest():
+        return subprocess.run([sys.executable, '-c', program], check=True, capture_output=True,
+                              text=True, cwd=Path(__file__).parent).stdout
+
+    def files():
+        return {path: path.stat().st_mtime_ns for path in tmp_path.rglob('*.nb?')}
+    first, compiled = digest(), files()
+    assert compiled
+    assert digest() == first
+    assert files() == compiled
+    for content in (b'', b'spoiled'):
+        for path in compiled:
+            path.write_bytes(content)
+        assert digest() == first
+        assert all(path.stat().st_size > len(content) for path in files())
 
 
 def test_a_cache_that_cannot_be_written_is_no_reason_to_stop(tmp_path, monkeypatch):

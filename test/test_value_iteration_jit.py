@@ -36,12 +36,12 @@ def random_grid(seed):
     cells[generator.integers(height), generator.integers(width)] = 'G'
     rows = [''.join(row) for row in cells]
     free = [s for s, cell in enumerate(''.join(reversed(rows))) if cell == '.']
-    beside = [s for s in free if 'G' in around(''.join(reversed(rows)), s, width)]
+    beside = [s for s in free if 'G' in neighbours(''.join(reversed(rows)), s, width)]
     return grid(*rows, starts=tuple(beside[:1]), intended=float(generator.choice([0.3, 0.9, 1.0])),
                 step=-float(generator.random()) - 0.01) if beside else random_grid(seed + 1000)
 
 
-def around(cells, s, width):
+def neighbours(cells, s, width):
     """Return the cells beside s."""
     places = [s - width, s + width, *([s - 1] if s % width else []),
               *([s + 1] if s % width < width - 1 else [])]
@@ -71,11 +71,11 @@ def test_random_maps_have_the_same_bits(seed):
 
 
 @pytest.mark.parametrize('sweeps', [1, 2, 7, 40])
-def test_every_sweep_has_the_bits_of_its_twin(sweeps):  # also those whose values do not settle
+def test_every_sweep_has_the_bits_of_numpy(sweeps):  # also before the values settle
     world = World(read_map('bar_grid', 'report'))
-    twin = value_iteration(world)
+    iteration = value_iteration(world)
     for _ in range(sweeps):
-        values, change = next(twin)
+        values, change = next(iteration)
     assert compiled_value_iteration(world, 1.0, TOLERANCE, sweeps)[0].tobytes() == values.tobytes()
     assert compiled_value_iteration(world, 1.0, TOLERANCE, sweeps)[1] == change
 
@@ -90,10 +90,10 @@ def test_settled_values_are_a_fixed_point_within_the_tolerance():
 def test_large_worlds_are_swept_in_machine_code(monkeypatch):
     world, swept = World(read_map('free_grid', 'report')), []
 
-    def note(*arguments):
+    def record(*arguments):
         swept.append(len(world.free))
         return compiled_value_iteration(*arguments)
-    monkeypatch.setattr(planning, 'compiled_value_iteration', note)
+    monkeypatch.setattr(planning, 'compiled_value_iteration', record)
     small = optimal_values(world)
     assert swept == []
     monkeypatch.setattr(planning, 'LARGE', 121)

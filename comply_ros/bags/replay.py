@@ -9,7 +9,7 @@ from comply_ros.bags.bag_reader import Bag
 from comply_ros.bags.learner_replay import MissingMessage, ReplayDifference
 from comply_ros.bags.message_decoder import DecodedMessages
 from comply_ros.bags.replay_check import ReplayCheck
-from comply_ros.storage.file_system import printable_path
+from comply_ros.storage.file_system import printable
 from comply_ros.terminal.console import progress_bar
 from comply_ros.terminal.training_options import guarded
 
@@ -94,5 +94,5 @@ def shown(conversation, program):
 def tell_cut(program, bag):
     """Say where a bag was cut off."""
     if bag.cut:
-        print(f'{program}: bag {printable_path(bag.path)} was cut off: {bag.cut}; read up to the last '
+        print(f'{program}: bag {printable(bag.path)} was cut off: {bag.cut}; read up to the last '
               f'whole message, {bag.count} in all', file=sys.stderr)

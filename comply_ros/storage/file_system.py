@@ -27,11 +27,11 @@ def path_errors() -> Generator[None, None, None]:
 
 
 def reason_of(error: OSError) -> str:
-    """What went wrong, in a few words: `permission denied`."""
+    """Return what went wrong, in a few words: `permission denied`."""
     return (error.strerror or str(error)).lower()
 
 
-def printable_path(path: Path) -> str:
+def printable(path: Path) -> str:
     """Text of a path on one line, whatever is in its name."""
     return str(path) if str(path).isprintable() else repr(str(path))
 

@@ -89,4 +89,5 @@ def _cached_policy(spec: MentorSpec, world: World, seed: int,
 
 def _cache_file(spec: MentorSpec, world: World, seed: int) -> Path:
     key = (world.grid.sha256, spec.kind, spec.value, seed, FORMAT_VERSION, ALGORITHM_VERSION)
-    return cache_folder() / 'mentors' / f'{hashlib.sha256(repr(key).encode()).hexdigest()[:24]}.txt'
+    name = hashlib.sha256(repr(key).encode()).hexdigest()[:24]
+    return cache_folder() / 'mentors' / f'{name}.txt'

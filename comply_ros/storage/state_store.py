@@ -24,7 +24,7 @@ from comply_ros.storage.file_system import (
     open_truncated,
     path_errors,
     PathError,
-    printable_path,
+    printable,
     reason_of,
     sync_folder,
     write_synced,
@@ -197,7 +197,7 @@ class StateStore:
         except DamagedError as error:
             raise self._error(path, f'must be as it was written, but {error}') from None
         except OSError as error:
-            raise StateError(f'{printable_path(path)} must be a journal that can be written '
+            raise StateError(f'{printable(path)} must be a journal that can be written '
                              f'({reason_of(error)})') from None
         self._count = len(entries)
         return entries
@@ -219,7 +219,7 @@ class StateStore:
         return self._folder / f'{self._name}.{digest[:DIGEST_LENGTH]}.journal'
 
     def _error(self, path: Path, problem: str) -> StateError:
-        return StateError(f'{printable_path(path)} {problem}: give another state_dir, or move '
+        return StateError(f'{printable(path)} {problem}: give another state_dir, or move '
                           f'{self._name}.* away to start anew')
 
     def _sync_regularly(self) -> None:
@@ -270,5 +270,5 @@ def _read(path: Path) -> bytes | None:
     except FileNotFoundError:
         return None
     except OSError as error:
-        raise StateError(f'{printable_path(path)} must be a file that can be read '
+        raise StateError(f'{printable(path)} must be a file that can be read '
                          f'({reason_of(error)})') from None

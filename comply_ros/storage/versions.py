@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The numbers that decide whether stored files are read: raised by hand, only when they must be."""
+"""The versions of stored files, raised by hand: files of another version are not read."""
 
 # Raise it when what is stored is written in another way: the layout of a checkpoint, a journal, a
 # cached mentor or a result cell, or the names or the meaning of what is in them.
