@@ -31,6 +31,8 @@ def run(name: str) -> int:
     module, interrupted = EXECUTABLES[name]
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: os._exit(interrupted))
+    from comply_ros.storage.kernel_cache import use_kernel_cache  # only now can Ctrl-C end it
+    use_kernel_cache()
     code = import_module(f'comply_ros.{module}').main(sys.argv)
     if name == 'train':
         sys.stdout.flush()

@@ -7,6 +7,9 @@ import pytest
 import shared_memory
 
 from comply_ros.numerics.jit import compiled
+from comply_ros.storage.kernel_cache import use_kernel_cache
+
+use_kernel_cache()
 
 
 @pytest.fixture(params=['plain', 'compiled'])

@@ -17,33 +17,33 @@ from comply_ros.world.mdp import World
 RIGHTS = [RIGHT] * 9
 
 
-def msg(mentor, *states):
-    """Return what the mentor says in each of the states."""
+def advice(mentor, *states):
+    """Return what the mentor advises in each of the states."""
     return [mentor.advise(s) for s in states]
 
 
-def test_without_a_limit_it_always_speaks():
-    assert msg(AdviceBudget(room(), RIGHTS), 0, 3, 0, 1) == [RIGHT] * 4
-    assert msg(AdviceBudget(room(), [-1] * 9), 0, 3) == [-1, -1]
+def test_without_a_limit_the_mentor_advises_everywhere():
+    assert advice(AdviceBudget(room(), RIGHTS), 0, 3, 0, 1) == [RIGHT] * 4
+    assert advice(AdviceBudget(room(), [-1] * 9), 0, 3) == [-1, -1]
 
 
-def test_an_early_mentor_speaks_in_the_first_states_and_repeats_itself_freely():
+def test_an_early_mentor_advises_in_the_first_states_and_repeats_itself_freely():
     mentor = AdviceBudget(room(), RIGHTS, budget=2)
-    assert msg(mentor, 0, 0, 3, 1, 0, 3, 1) == [RIGHT, RIGHT, RIGHT, -1, RIGHT, RIGHT, -1]
+    assert advice(mentor, 0, 0, 3, 1, 0, 3, 1) == [RIGHT, RIGHT, RIGHT, -1, RIGHT, RIGHT, -1]
 
 
-def test_silence_costs_nothing():
+def test_no_advice_costs_nothing():
     mentor = AdviceBudget(room(), [-1, RIGHT] + [-1] * 7, budget=1)
-    assert msg(mentor, 0, 0, 1, 1) == [-1, -1, RIGHT, RIGHT]
+    assert advice(mentor, 0, 0, 1, 1) == [-1, -1, RIGHT, RIGHT]
 
 
-def test_a_mentor_speaks_where_the_learner_did_something_else_the_last_time():
+def test_a_mentor_advises_where_the_learner_took_another_action_the_last_time():
     mentor = AdviceBudget(room(), RIGHTS, budget=1, when='mistakes')
     assert mentor.advise(3) == -1  # it has not seen the learner there
     mentor.watch(3, RIGHT)
     assert mentor.advise(3) == -1
     mentor.watch(3, UP)
-    assert msg(mentor, 3, 3) == [RIGHT, RIGHT]
+    assert advice(mentor, 3, 3) == [RIGHT, RIGHT]
     mentor.watch(4, UP)
     assert mentor.advise(4) == -1  # the budget is used up
 
@@ -60,20 +60,21 @@ def test_importance_is_the_gap_between_the_best_and_the_worst_action():
     assert gaps.tolist() == pytest.approx([0.0, 2.52, 0.0])
 
 
-def test_an_importance_mentor_speaks_in_the_half_of_the_states_that_matter_more():
+def test_an_important_mentor_advises_in_the_half_of_the_states_with_larger_gaps():
     world = World(grid('..G', '.#.', '...'))
     policy = np.array([UP, LEFT, UP, UP, -1, UP, RIGHT, RIGHT, -1], dtype=np.int8)
     mentor = AdviceBudget(world, policy, budget=9, when='important')
     gaps = importance(world, policy)
-    spoke = [s for s in range(9) if mentor.advise(s) >= 0]
-    assert 3 <= len(spoke) < 7
-    assert min(gaps[spoke]) >= max(gaps[s] for s in np.flatnonzero(world.free) if s not in spoke)
+    advised = [s for s in range(9) if mentor.advise(s) >= 0]
+    assert 3 <= len(advised) < 7
+    assert min(gaps[advised]) >= max(
+        gaps[s] for s in np.flatnonzero(world.free) if s not in advised)
 
 
 @pytest.mark.parametrize('budget, when, message', [
     (-1, 'early', 'budget must be at least 0, got -1'),
     (1, 'late', "advising must be one of early, important, mistakes, got 'late'")])
-def test_a_mentor_that_cannot_be_is_refused(budget, when, message):
+def test_an_impossible_budget_is_rejected(budget, when, message):
     with pytest.raises(MentorError) as error:
         validate_advice_budget(budget, when)
     assert str(error.value) == message

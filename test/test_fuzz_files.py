@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files that nobody would write: an error of one line, or a result that is right."""
+"""Random files: an error of one line, or a correct result."""
 
 from math import isfinite
 import os
@@ -16,7 +16,8 @@ from comply_ros.experiments.training_runs import validate_run
 from comply_ros.experiments.yaml_lines import SweepFileError
 from comply_ros.learner.presets import METHODS
 from comply_ros.mentor.mentor_policies import MentorError
-from comply_ros.mentor.policy_text import format_policy, parse_policy, PolicyError
+from comply_ros.mentor.policy import PolicyError
+from comply_ros.mentor.policy_text import format_policy, parse_policy
 from comply_ros.storage.map_files import parse_map, read_map
 from comply_ros.storage.mentor_cache import mentor_policy, read_mentor_spec
 from comply_ros.world.grid import CELLS, Grid, MapError
@@ -118,11 +119,11 @@ def outcome(function, mistakes, *arguments, longest=LONGEST):
         return function(*arguments)
     except mistakes as mistake:
         message = str(mistake)
-        msg = message
+        without_choices = message
         for table in METHODS.values():
-            msg = msg.replace(', '.join(table), '')
-        msg = msg.partition('; it has off_policy, ')[0]
-        assert message and message.isprintable() and len(msg) <= longest, message
+            without_choices = without_choices.replace(', '.join(table), '')
+        without_choices = without_choices.partition('; it has off_policy, ')[0]
+        assert message and message.isprintable() and len(without_choices) <= longest, message
         return None
     finally:
         assert time.process_time() - begin < SLOWEST
@@ -138,7 +139,7 @@ def check_grid(text, found):
     assert type(found.step_limit) is int and 1 <= found.step_limit <= 1_000_000
     assert found.starts and all(0 <= s < width * height for s in found.starts)
     for s in found.starts:
-        assert arrives(found.rows[::-1], s % width, s // width)
+        assert reaches_goal(found.rows[::-1], s % width, s // width)
     content = yaml.safe_load(text)
     if 'extends' not in content:
         assert content['rows'] == list(found.rows)
@@ -148,7 +149,7 @@ def check_grid(text, found):
             assert [[s % width, s // width] for s in found.starts] == content['starts']
 
 
-def arrives(rows, x, y):
+def reaches_goal(rows, x, y):
     """Tell whether a way leads from a free cell to a goal: rows bottom first."""
     assert rows[y][x] == '.'
     seen, border = {(x, y)}, [(x, y)]

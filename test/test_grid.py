@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A map that is right is read; every way of being wrong has its tiny map."""
+"""A correct map is accepted; every rule has a tiny map that breaks it."""
 
 from dataclasses import replace
 
@@ -33,7 +33,8 @@ def test_equal_hashes_mean_equal_worlds():
     (('#.G',), {}, 'a start must be a free cell, but (0, 0) is an obstacle'),
     (('..G',), {'starts': (2,)}, 'a start must be a free cell, but (2, 0) is the goal'),
     (('..G',), {'starts': (3,)}, 'a start must lie in the grid of 3 cells, got state 3'),
-    (('.#G',), {}, 'the goal must be in reach of every start, but no way leads there from (0, 0)'),
+    (('.#G',), {},
+     'the goal must be reachable from every start, but no way leads there from (0, 0)'),
     (('..G',), {'step': 0.0},
      'step_reward must be below 0, or the best policy never arrives, got 0.0'),
     (('..G',), {'obstacle': 1.0},
@@ -47,13 +48,13 @@ def test_equal_hashes_mean_equal_worlds():
     (('.' * LARGEST_SIDE + 'G',), {},
      f'a map may have at most {LARGEST_SIDE} cells a side, got {LARGEST_SIDE + 1} x 1'),
 ])
-def test_a_wrong_map_says_which_rule_it_breaks(rows, settings, message):
+def test_a_wrong_map_is_rejected_with_the_rule_that_it_breaks(rows, settings, message):
     with pytest.raises(MapError) as error:
         grid(*rows, **settings)
     assert str(error.value) == message
 
 
-def test_a_goal_behind_another_goal_is_out_of_reach():
+def test_no_way_leads_through_an_obstacle_or_a_goal():
     with pytest.raises(MapError, match='no way leads there'):
         grid('.#G', starts=(0,))
     assert grid('..G.G').starts == (0,)

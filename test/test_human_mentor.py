@@ -74,7 +74,7 @@ def test_a_person_says_nothing_at_first_and_what_is_painted_from_the_next_questi
 
 
 @pytest.mark.parametrize('cells, sentence', [
-    ({0: 0}, "an action must not leave the grid, got '<' in row 3, column 1"),
+    ({0: 0}, "an action must not leave the grid, got '<' in state 0 (row 3, column 1)"),
     ({0: 4}, 'an action must be 0 left, 1 right, 2 down, 3 up, or -1 for no advice, got 4'),
     ({0: 1.0}, 'an action must be 0 left, 1 right, 2 down, 3 up, or -1 for no advice, got 1.0'),
     ({9: 0}, 'a state must lie in [0, 8], got 9'),

@@ -92,7 +92,7 @@ class MortalTable(Table):
     def recall(self, name):
         """Return what was kept."""
         self.keepers[name] = StateStore(self.folder, name, {}, KINDS[name])
-        return self.keepers[name].recall()
+        return self.keepers[name].load()
 
     def kill(self, name):
         """End one of the three, with what it has not heard yet; start it again."""
@@ -130,13 +130,13 @@ class MortalTable(Table):
         """Keep what an actor was told."""
         actor, keeper = getattr(self, name), self.keepers.get(name)
         if keeper and actor.begins:
-            keeper.begin(*actor.state())
+            keeper.write_checkpoint(*actor.state())
             actor.begins = False
         elif keeper:
-            keeper.keep(actor.told)
+            keeper.append(actor.told)
         actor.told.clear()
-        if keeper and keeper.is_due():
-            keeper.begin(*actor.state())
+        if keeper and keeper.is_checkpoint_due():
+            keeper.write_checkpoint(*actor.state())
 
     def hear(self, name, hear, msg):
         """Return what one of the three has to say about a message."""
@@ -201,7 +201,7 @@ def folder(tmp_path):
 @pytest.fixture
 def table(folder, monkeypatch):
     """Return a function that makes a table, on which snapshots are frequent."""
-    monkeypatch.setattr(state_store, 'EVERY', 60)
+    monkeypatch.setattr(state_store, 'RECORDS_PER_CHECKPOINT', 60)
     for name in ('fsync', 'fdatasync'):  # a kill takes nothing that was written
         monkeypatch.setattr(os, name, lambda file: None)
     made = []
@@ -259,11 +259,11 @@ def test_a_mentor_with_a_budget_may_be_killed_too(table, when, remembers, rate):
     held = table(rate, row, ROOM, policy, SEED, random.Random(when), remembers, budget=5,
                  when=when).hold()
     check(held, training, iterations)
-    assert told.left[0] < 5
+    assert told.remaining[0] < 5
 
 
 def test_a_learner_that_comes_back_knows_the_advice_that_it_has_heard(table, monkeypatch):
-    monkeypatch.setattr(state_store, 'EVERY', 10 ** 6)
+    monkeypatch.setattr(state_store, 'RECORDS_PER_CHECKPOINT', 10 ** 6)
     policy = noisy_policy(World(ROOM), 0.3, random_streams(8)[0])
     row = replace(find_method('explicit', 'published'), episodes=2, iterations=2)
     held = table(0.0, row, ROOM, policy, SEED, random.Random(1)).hold()
@@ -277,7 +277,7 @@ def test_a_learner_that_comes_back_knows_the_advice_that_it_has_heard(table, mon
 @pytest.mark.parametrize('name', ['sarsa', 'explicit', 'watkins', 'head_start'])
 def test_a_learner_whose_journal_lacks_its_end_goes_on_and_learns_no_wrong_step(
         table, monkeypatch, name, lost):
-    monkeypatch.setattr(state_store, 'EVERY', 10 ** 6)
+    monkeypatch.setattr(state_store, 'RECORDS_PER_CHECKPOINT', 10 ** 6)
     policy = noisy_policy(World(ROOM), 0.3, random_streams(8)[0])
     row = replace(find_method(name, 'published'), episodes=2, iterations=4)
     held, learned, learn = table(0.0, row, ROOM, policy, SEED, random.Random(lost)), [], \

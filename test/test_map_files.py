@@ -47,7 +47,7 @@ def test_a_profile_changes_rewards():
 
 
 @pytest.mark.parametrize('name, free', [('free_grid', 120), ('bar_grid', 113)])
-def test_the_small_grids_begin_anywhere(name, free):
+def test_the_small_grids_start_anywhere(name, free):
     small = read_map(name, 'report')
     assert len(small.starts) == free
     assert small.intended == 0.9
@@ -97,7 +97,7 @@ def test_a_file_is_a_map_too(tmp_path):
      f"starts, rows, profiles, slips_bump, extends, got '{'x' * 56}..."),
     ('rows:', 'rows: [', 'a map must be valid YAML, got something else in line 7'),
 ])
-def test_a_wrong_file_says_which_rule_it_breaks(tmp_path, old, new, message):
+def test_a_wrong_file_is_rejected_with_the_rule_that_it_breaks(tmp_path, old, new, message):
     path = tmp_path / 'mine.yaml'
     assert old in SMALL
     path.write_text(SMALL.replace(old, new))
@@ -107,12 +107,12 @@ def test_a_wrong_file_says_which_rule_it_breaks(tmp_path, old, new, message):
 
 
 @pytest.mark.parametrize('text', ['', '7', '[1, 2]', '\x00', '&a [*a]'])
-def test_what_is_no_map_at_all_is_refused(text):
+def test_what_is_no_map_at_all_is_rejected(text):
     with pytest.raises(MapError, match='a map must be'):
         parse_map(text, 'report')
 
 
-def test_a_map_that_is_not_there_is_named():
+def test_a_map_that_does_not_exist_is_named():
     with pytest.raises(MapError) as error:
         read_map('nowhere', 'report')
     assert str(error.value) == ("map 'nowhere': a map must be one of bar_grid, free_grid, maze, "
@@ -123,13 +123,13 @@ def test_a_map_that_is_not_there_is_named():
     ('a\0b', 'no file can have this name'), ('\ud800', 'no file can have this name'),
     ('~nobody-at-all/maze', 'no such user'), ('x' * 5000, 'file name too long'),
     ('/dev/zero', 'it has more than 32000000 characters'), ('', 'is a directory')])
-def test_a_path_that_is_no_text_file_has_its_reason(path, reason):
+def test_a_path_that_is_no_text_file_is_rejected_with_the_reason(path, reason):
     with pytest.raises(MapError) as error:
         read_map(path, 'report')
     assert str(error.value).endswith(f' or a readable file ({reason})')
 
 
-def laughs(levels, text):
+def nested_aliases(levels, text):
     """Return YAML of a list that stands for 10 ** levels texts."""
     lists = [f'&a0 "{text}"']
     for level in range(1, levels + 1):
@@ -137,9 +137,9 @@ def laughs(levels, text):
     return '[' + ', '.join(lists) + ']'
 
 
-@pytest.mark.parametrize('rows', [laughs(12, 'lol'), laughs(3, 'l' * 100_000),
+@pytest.mark.parametrize('rows', [nested_aliases(12, 'lol'), nested_aliases(3, 'l' * 100_000),
                                   '[' + "'.'," * 50_000 + ']'])
-def test_a_map_that_would_be_large_in_memory_is_refused(rows):
+def test_a_map_that_would_be_large_in_memory_is_rejected(rows):
     with pytest.raises(MapError, match='YAML may have at most 50000 values, got more in line 6'):
         parse_map(SMALL.replace("['..G', '.#.']", rows), 'report')
 

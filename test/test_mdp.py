@@ -20,7 +20,7 @@ def test_moves_lead_to_neighbours_and_never_off_the_grid():
     assert world.terminal.nonzero()[0].tolist() == [8]
 
 
-def test_an_obstacle_is_paid_for_and_not_entered():
+def test_a_step_against_an_obstacle_costs_its_reward_and_leads_nowhere():
     world = World(grid('..G', '.#.'))
     assert world.successor[0, RIGHT] == 0
     assert world.reward[0, RIGHT] == -5.0
@@ -48,7 +48,7 @@ def test_where_there_is_no_other_action_nothing_slips(as_run):
 
 @pytest.mark.parametrize('slips_bump, u, taken', [
     (True, 0.81, LEFT), (True, 0.92, UP), (False, 0.81, LEFT), (False, 0.99, LEFT)])
-def test_a_slip_may_be_kept_from_running_into_an_obstacle(as_run, slips_bump, u, taken):
+def test_slips_bump_decides_whether_a_slip_can_run_into_an_obstacle(as_run, slips_bump, u, taken):
     world = World(replace(grid('.#G', '...'), slips_bump=slips_bump))
     assert as_run(taken_action)(1, RIGHT, u, 0.8, world.slips) == taken  # the obstacle is above 1
 
@@ -63,7 +63,7 @@ def test_starts_are_equally_likely(as_run, u, start):
     assert as_run(first_state)(u, np.array([4, 7], dtype=np.int32)) == start
 
 
-def test_which_moves_there_are_is_looked_up_and_not_computed_again():  # it is, in every step
+def test_available_moves_are_computed_once():  # they are looked up in every step
     world = corridor()
     assert world.available.tolist() == [[False, True, False, False], [True, True, False, False],
                                         [True, False, False, False]]

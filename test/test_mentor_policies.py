@@ -8,12 +8,8 @@ import pytest
 from tiny_worlds import corridor
 
 from comply_ros.learner.snapshot_mentor import make_policy
-from comply_ros.mentor.mentor_policies import (
-    MentorError,
-    MentorSpec,
-    parse_mentor_spec,
-)
-from comply_ros.mentor.policy_text import PolicyError
+from comply_ros.mentor.mentor_policies import MentorError, MentorSpec, parse_mentor_spec
+from comply_ros.mentor.policy import PolicyError
 from comply_ros.storage.map_files import read_map
 from comply_ros.storage.mentor_cache import is_slow, mentor_policy, read_mentor_spec
 from comply_ros.world.mdp import World
@@ -30,8 +26,9 @@ def optimality(text, seed=0):
 
 
 @pytest.mark.parametrize('text, spec', [
-    ('optimal', MentorSpec('optimal')), ('none', MentorSpec('none')), ('noisy:0.2', MentorSpec('noisy', 0.2)),
-    ('snapshot:0.75', MentorSpec('snapshot', 0.75)), ('file:a:b.txt', MentorSpec('file', 'a:b.txt')),
+    ('optimal', MentorSpec('optimal')), ('none', MentorSpec('none')),
+    ('noisy:0.2', MentorSpec('noisy', 0.2)), ('snapshot:0.75', MentorSpec('snapshot', 0.75)),
+    ('file:a:b.txt', MentorSpec('file', 'a:b.txt')),
     ('snapshot:0.75@0.2', MentorSpec('snapshot', 0.75, 0.2)), ('optimal@1', MentorSpec('optimal')),
     ('file:a@0.5', MentorSpec('file', 'a', 0.5)), ('file:a@b.txt', MentorSpec('file', 'a@b.txt'))])
 def test_a_mentor_is_written_as_kind_and_value(text, spec):
@@ -52,13 +49,13 @@ def test_a_mentor_is_written_as_kind_and_value(text, spec):
      "snapshot:Q, file:PATH, none, got 'optimal@0.5'"),
     ('noisy:0.2@1@1', "the P of noisy:P must be a number, got '0.2@1'"),
     ('snapshot:nan', "the Q of snapshot:Q must lie in [0, 1], got 'nan'")])
-def test_a_mentor_that_does_not_exist_is_refused(text, message):
+def test_a_mentor_that_does_not_exist_is_rejected(text, message):
     with pytest.raises(MentorError) as error:
         parse_mentor_spec(text)
     assert str(error.value) == message
 
 
-def test_the_adversary_takes_the_worst_action():  # in `..G`: left, away from the goal
+def test_an_adversarial_mentor_advises_the_worst_action():  # in `..G`: left, away from the goal
     assert make_policy(MentorSpec('adversarial'), corridor(), 0).tolist() == [1, 0, -1]
 
 
@@ -82,19 +79,19 @@ def test_noise_spoils_a_share_of_the_states():
 
 
 @pytest.mark.parametrize('text', ['random', 'noisy:1.0', 'noisy:1'])
-def test_where_every_state_is_spoiled_nothing_is_planned(monkeypatch, text):
+def test_where_every_state_is_spoiled_no_policy_is_planned(monkeypatch, text):
     generator = np.random.Generator(np.random.PCG64(7))
     generator.random(121)
-    tickets = np.where(FREE_GRID.available, generator.random((121, 4)), -np.inf)
+    priorities = np.where(FREE_GRID.available, generator.random((121, 4)), -np.inf)
     monkeypatch.setattr('comply_ros.mentor.mentor_policies.optimal_policy', None)
     policy = make_policy(parse_mentor_spec(text), FREE_GRID, 7)
     assert policy.dtype == np.int8
-    assert policy.tolist() == np.where(FREE_GRID.free, tickets.argmax(axis=1), -1).tolist()
-    with pytest.raises(TypeError):  # here something has to be
+    assert policy.tolist() == np.where(FREE_GRID.free, priorities.argmax(axis=1), -1).tolist()
+    with pytest.raises(TypeError):  # here one has to be
         make_policy(parse_mentor_spec('noisy:0.5'), FREE_GRID, 7)
 
 
-def test_mentors_are_ordered_as_they_should_be():
+def test_mentors_are_ordered_by_their_quality():
     assert optimality('optimal') == 1.0
     assert optimality('none') == 0.0
     assert optimality('adversarial') < optimality('snapshot:0.8') < 1.0
@@ -105,7 +102,7 @@ def test_a_snapshot_is_near_to_the_wanted_level():
     assert optimality('snapshot:0.75') == pytest.approx(0.75, abs=0.05)
 
 
-def test_all_advice_can_be_taken():
+def test_all_advice_is_available():
     for text in ('optimal', 'random', 'adversarial', 'noisy:0.4', 'snapshot:0.5'):
         policy = make_policy(parse_mentor_spec(text), FREE_GRID, 1)
         states = np.flatnonzero(FREE_GRID.free)
@@ -118,19 +115,19 @@ def test_the_seed_decides_which_mentor_it_is():
     assert (first == same).all() and (first != other).any()
 
 
-def test_a_generated_mentor_is_remembered(tmp_path, monkeypatch):
+def test_a_generated_mentor_is_cached(tmp_path, monkeypatch):
     monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path))
     spec, world = parse_mentor_spec('snapshot:0.6'), FREE_GRID
     assert is_slow(spec, world, 0)
     made = mentor_policy(spec, world, 0)
     assert not is_slow(spec, world, 0)
-    remembered, = (tmp_path / 'comply_ros' / 'mentors').iterdir()
+    cached, = (tmp_path / 'comply_ros' / 'mentors').iterdir()
     monkeypatch.setattr('comply_ros.storage.mentor_cache.make_policy', None)
     assert (mentor_policy(spec, world, 0) == made).all()
     assert is_slow(parse_mentor_spec('snapshot:0.61'), world, 0)
     monkeypatch.undo()
     monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path))
-    remembered.write_text('spoiled')
+    cached.write_text('spoiled')
     assert (mentor_policy(spec, world, 0) == made).all()
 
 

@@ -16,12 +16,12 @@ from comply_ros.world.planning import (
     greedy,
     optimal_policy,
     optimal_values,
-    probabilities,
+    policy_probabilities,
+    policy_values,
     ReferenceReturns,
     sweeps_until,
     uniform_probabilities,
     value_iteration,
-    values_of,
 )
 
 
@@ -57,7 +57,7 @@ def test_value_iteration_solves_the_corridor():  # (2.9), (2.14): V0 = V1 - 1, V
 
 
 @pytest.mark.parametrize('profile, value', [('report', 5.83937), ('published', 5.83972)])
-def test_maze_is_worth_what_the_report_says(profile, value):
+def test_the_optimal_return_of_maze_is_that_of_the_report(profile, value):
     world = World(read_map('maze', profile))
     values = optimal_values(world)
     assert values[0] == pytest.approx(5.8397, abs=5e-4)
@@ -65,8 +65,9 @@ def test_maze_is_worth_what_the_report_says(profile, value):
 
 
 @pytest.mark.parametrize('profile, value', [('report', -112.0), ('published', -71.6)])
-def test_the_random_policy_in_maze_scores_what_the_report_measured(profile, value):
-    assert ReferenceReturns(World(read_map('maze', profile))).random_return == pytest.approx(value, abs=2)
+def test_the_random_return_of_maze_is_what_the_report_measured(profile, value):
+    reference = ReferenceReturns(World(read_map('maze', profile)))
+    assert reference.random_return == pytest.approx(value, abs=2)
 
 
 def test_optimality_is_linear_between_random_and_optimal():  # section 4.3.1
@@ -78,14 +79,14 @@ def test_optimality_is_linear_between_random_and_optimal():  # section 4.3.1
     assert reference.return_of(optimal_policy(corridor())) == high
 
 
-def test_a_pocket_without_a_way_to_the_goal_is_no_place_to_be():
+def test_cells_without_a_way_to_the_goal_are_not_free():
     world = World(grid('...#.', '..##.', '..G##', starts=(0,)))
     assert world.free.nonzero()[0].tolist() == [0, 1, 5, 6, 10, 11, 12]
     assert optimal_values(world)[[9, 14]].tolist() == [0.0, 0.0]
     assert optimal_policy(world)[[9, 14]].tolist() == [-1, -1]
 
 
-def test_where_all_policies_are_alike_there_is_no_optimality():
+def test_where_the_random_policy_is_optimal_there_is_no_optimality():
     reference = ReferenceReturns(World(grid('.G')))
     assert reference.optimal_return == reference.random_return == 10.0
     assert reference.optimality(10.0) is None
@@ -93,14 +94,14 @@ def test_where_all_policies_are_alike_there_is_no_optimality():
 
 def test_a_policy_without_advice_acts_at_random():
     world = corridor()
-    silent = np.full(3, -1, dtype=np.int8)
-    assert probabilities(world, silent)[1].tolist() == [0.5, 0.5, 0.0, 0.0]
-    assert ReferenceReturns(world).return_of(silent) == ReferenceReturns(world).random_return
+    no_advice = np.full(3, -1, dtype=np.int8)
+    assert policy_probabilities(world, no_advice)[1].tolist() == [0.5, 0.5, 0.0, 0.0]
+    assert ReferenceReturns(world).return_of(no_advice) == ReferenceReturns(world).random_return
 
 
 def test_returns_count_the_step_limit_and_obstacles():
     world = World(grid('.#', '.G', starts=(0,), limit=3, intended=1.0))
-    pi = probabilities(world, np.array([UP, -1, RIGHT, -1], dtype=np.int8))
+    pi = policy_probabilities(world, np.array([UP, -1, RIGHT, -1], dtype=np.int8))
     assert expected_return(world, pi) == pytest.approx(-1 - 5 - 5)
 
 
@@ -119,11 +120,11 @@ def test_value_iteration_yields_every_sweep():  # (2.14) in `..G`: 10*0.8 - 0.2,
 
 def test_the_value_of_a_policy_in_every_state():  # one step, right: -1 from 0, 7.8 from 1
     world = corridor(limit=1)
-    pi = probabilities(world, np.array([RIGHT, RIGHT, -1]))
-    assert values_of(world, pi).tolist() == pytest.approx([-1.0, 7.8, 0.0])
+    pi = policy_probabilities(world, np.array([RIGHT, RIGHT, -1]))
+    assert policy_values(world, pi).tolist() == pytest.approx([-1.0, 7.8, 0.0])
 
 
-def test_slips_that_never_bump_are_planned_with():
+def test_planning_knows_whether_slips_bump():
     # Over `...` with an obstacle above 1 (obstacle -5): right from 1 is 0.8 * 7 + 0.2 * (-1 + 2).
     rows = grid('.#G', '...')
     values = np.array([2.0, 0.0, 8.0, 0.0, 0.0, 0.0])
@@ -134,14 +135,14 @@ def test_slips_that_never_bump_are_planned_with():
 
 
 @pytest.mark.parametrize('slips_bump', [False, True])
-def test_an_evaluated_policy_is_worth_what_its_action_values_say(slips_bump):
+def test_policy_values_are_the_mean_of_action_values(slips_bump):
     world = World(replace(grid('.#G', '...', limit=1), slips_bump=slips_bump))
     pi = uniform_probabilities(world)
     q = np.where(world.available, action_values(world, np.zeros(6)), 0.0)
-    assert values_of(world, pi)[world.free].tolist() == pytest.approx(
+    assert policy_values(world, pi)[world.free].tolist() == pytest.approx(
         (pi * q).sum(axis=1)[world.free].tolist())
 
 
-def test_the_random_policy_in_the_maze_as_run_is_what_the_published_runs_measured():  # -69.1
+def test_the_random_return_of_maze_as_run_is_what_the_published_runs_measured():  # -69.1
     world = World(read_map('maze_as_run', 'published'))
     assert ReferenceReturns(world).random_return == pytest.approx(-69.07, abs=0.005)

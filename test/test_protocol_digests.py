@@ -111,7 +111,7 @@ def test_a_mentor_with_a_budget_says_the_same_in_any_order(when, remembers, shuf
     assert table.learner.memory.digest() == training.memory.digest()
     progress = [msg for msg in table.reports if isinstance(msg, Progress)]
     assert repr([msg.confidence for msg in progress]) == repr([i.confidence for i in iterations])
-    assert told.left[0] < 25
+    assert told.remaining[0] < 25
 
 
 @pytest.mark.parametrize('shuffle', range(20))

@@ -41,8 +41,9 @@ def test_another_run_is_another_cell(folder, change):
     assert not ResultCache(folder, 2).has(RUN._replace(**change))
 
 
-def test_a_cell_of_other_sources_does_not_count(folder, monkeypatch):
-    monkeypatch.setattr(result_cache, 'source_hash', lambda: 'another')
+@pytest.mark.parametrize('name', ['FORMAT_VERSION', 'ALGORITHM_VERSION'])
+def test_a_cell_of_another_version_does_not_count(folder, monkeypatch, name):
+    monkeypatch.setattr(result_cache, name, 99)
     assert not ResultCache(folder, 2).has(RUN)
 
 

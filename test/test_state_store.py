@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is kept can be recalled, whatever happened to the process, the disk or the files."""
+"""What was stored can be loaded, whatever happens to the process, the disk or the files."""
 
 from contextlib import closing
 import errno
@@ -16,68 +16,68 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from comply_ros.storage import state_store
+from comply_ros.storage import checkpoint, state_store, versions
 from comply_ros.storage.state_store import StateError, StateStore
 
-settings.register_profile('keeping', deadline=None, max_examples=150, database=None,
+settings.register_profile('state_store', deadline=None, max_examples=150, database=None,
                           derandomize=os.environ.get('CI') == 'true',
                           suppress_health_check=list(HealthCheck))
-fuzz = settings(settings.get_profile('keeping'))
+fuzz = settings(settings.get_profile('state_store'))
 IDENTITY = {'map': 'a hash', 'method': 'sarsa', 'seed': 3}
 
 
-class Told(NamedTuple):
-    """What a node was told."""
+class Entry(NamedTuple):
+    """A message to a node."""
 
     step: int
     reward: float
 
 
-class Other(NamedTuple):
-    """What a node of another kind was told."""
+class OtherEntry(NamedTuple):
+    """A message to a node of another kind."""
 
     action: int
 
 
-TOLD = [Told(step, -step / 3) for step in range(5)]
+ENTRIES = [Entry(step, -step / 3) for step in range(5)]
 
 
 @pytest.fixture
-def keep(tmp_path):
-    """Return a function that makes keepers in one folder; all are closed at the end."""
+def open_store(tmp_path):
+    """Return a function that makes stores in one folder; all are closed at the end."""
     made = []
 
-    def make(name='learner', identity=IDENTITY, kinds=(Told,), folder=tmp_path / 'state'):
+    def make(name='learner', identity=IDENTITY, kinds=(Entry,), folder=tmp_path / 'state'):
         made.append(StateStore(folder, name, identity, kinds))
         return made[-1]
     yield make
-    for keeper in made:
-        keeper.close()
+    for store in made:
+        store.close()
 
 
 @pytest.fixture
-def kept(keep, tmp_path):
-    """Return the folder of a keeper that was closed, with a snapshot and five records."""
-    keeper = keep()
-    begin(keeper, 1)
-    keeper.keep(TOLD)
-    keeper.close()
+def stored(open_store, tmp_path):
+    """Return the folder of a store that was closed, with a checkpoint and five records."""
+    store = open_store()
+    write_checkpoint(store, 1)
+    store.append(ENTRIES)
+    store.close()
     return tmp_path / 'state'
 
 
-def begin(keeper, steps):
-    """Write a snapshot of so many steps."""
-    keeper.begin({'steps': steps}, {'q': np.full(3, float(steps))})
+def write_checkpoint(store, steps):
+    """Write a checkpoint of so many steps."""
+    store.write_checkpoint({'steps': steps}, {'q': np.full(3, float(steps))})
 
 
-def recalled(keeper):
-    """Return steps and records, checked against the array, None where nothing is kept."""
-    found = keeper.recall()
+def loaded(store):
+    """Return steps and records, checked against the array, None where nothing is stored."""
+    found = store.load()
     if found is None:
         return None
-    facts, arrays, told = found
+    facts, arrays, entries = found
     assert list(facts) == ['steps'] and (arrays['q'] == facts['steps']).all()
-    return facts['steps'], told
+    return facts['steps'], entries
 
 
 def contents(folder):
@@ -91,139 +91,164 @@ def journal(folder):
     return path
 
 
-def refused(keep, **settings):
-    """Return the message, of one line, with which a state is refused."""
+def rejected(open_store, **settings):
+    """Return the message, of one line, with which a state is rejected."""
     with pytest.raises(StateError) as error:
-        with closing(keep(**settings)) as keeper:
-            keeper.recall()
+        with closing(open_store(**settings)) as store:
+            store.load()
     assert str(error.value).isprintable()
     return str(error.value)
 
 
-def test_nothing_was_kept_in_a_new_folder(keep):
-    assert recalled(keep()) is None
+def test_a_new_folder_holds_no_state(open_store):
+    assert loaded(open_store()) is None
 
 
-def test_what_was_kept_comes_back_and_is_gone_on_from(keep, kept):
-    keeper = keep()
-    assert recalled(keeper) == (1, TOLD)
-    keeper.keep([Told(5, 0.5)])
-    keeper.close()
-    assert recalled(keep()) == (1, [*TOLD, Told(5, 0.5)])
+def test_a_stored_state_is_loaded_and_continued(open_store, stored):
+    store = open_store()
+    assert loaded(store) == (1, ENTRIES)
+    store.append([Entry(5, 0.5)])
+    store.close()
+    assert loaded(open_store()) == (1, [*ENTRIES, Entry(5, 0.5)])
 
 
-def test_a_new_snapshot_takes_the_place_of_the_journal(keep, kept):
-    keeper = keep()
-    recalled(keeper)
-    before = journal(kept)
-    begin(keeper, 6)
-    assert not before.exists() and journal(kept).read_bytes() == b''
-    keeper.keep([Told(6, 0.0)])
-    keeper.close()
-    assert recalled(keep()) == (6, [Told(6, 0.0)])
+def test_a_new_checkpoint_replaces_the_journal(open_store, stored):
+    store = open_store()
+    loaded(store)
+    before = journal(stored)
+    write_checkpoint(store, 6)
+    assert not before.exists() and journal(stored).read_bytes() == b''
+    store.append([Entry(6, 0.0)])
+    store.close()
+    assert loaded(open_store()) == (6, [Entry(6, 0.0)])
 
 
-def test_a_snapshot_is_due_after_many_records_and_can_be_put_off(keep, monkeypatch):
-    monkeypatch.setattr(state_store, 'EVERY', 100)
-    keeper = keep()
-    begin(keeper, 0)
-    keeper.keep(TOLD * 19)
-    assert not keeper.is_due()
-    keeper.keep(TOLD)
-    assert keeper.is_due()
-    keeper.put_off()
-    assert not keeper.is_due()
-    keeper.keep(TOLD * 2)
-    assert keeper.is_due()
+def test_a_checkpoint_is_due_after_many_records_and_can_be_postponed(open_store, monkeypatch):
+    monkeypatch.setattr(state_store, 'RECORDS_PER_CHECKPOINT', 100)
+    store = open_store()
+    write_checkpoint(store, 0)
+    store.append(ENTRIES * 19)
+    assert not store.is_checkpoint_due()
+    store.append(ENTRIES)
+    assert store.is_checkpoint_due()
+    store.postpone_checkpoint()
+    assert not store.is_checkpoint_due()
+    store.append(ENTRIES * 2)
+    assert store.is_checkpoint_due()
 
 
-def test_a_journal_cut_at_any_byte_is_used_up_to_the_last_whole_record(keep, kept):
-    content = journal(kept).read_bytes()
+def test_a_journal_cut_at_any_byte_is_loaded_up_to_the_last_whole_record(open_store, stored):
+    content = journal(stored).read_bytes()
     for size in range(len(content)):
-        journal(kept).write_bytes(content[:size])
-        with closing(keep()) as keeper:
-            assert recalled(keeper) == (1, TOLD[:size // 21])
-        assert journal(kept).read_bytes() == content[:size // 21 * 21]
+        journal(stored).write_bytes(content[:size])
+        with closing(open_store()) as store:
+            assert loaded(store) == (1, ENTRIES[:size // 21])
+        assert journal(stored).read_bytes() == content[:size // 21 * 21]
 
 
 @fuzz
 @given(data=st.data())
-def test_a_flipped_bit_is_an_error_of_one_line_or_at_the_end_a_record_less(tmp_path_factory, data):
+def test_a_flipped_bit_is_an_error_of_one_line_or_costs_the_last_record(tmp_path_factory, data):
     folder = tmp_path_factory.mktemp('flipped')
-    keeper = StateStore(folder, 'learner', IDENTITY, (Told,))
-    begin(keeper, 1)
-    keeper.keep(TOLD)
-    keeper.close()
+    store = StateStore(folder, 'learner', IDENTITY, (Entry,))
+    write_checkpoint(store, 1)
+    store.append(ENTRIES)
+    store.close()
     path = data.draw(st.sampled_from(sorted(path for path in folder.iterdir()
                                             if path.suffix != '.lock')))
     whole = bytearray(path.read_bytes())
     bit = data.draw(st.integers(0, 8 * len(whole) - 1))
     whole[bit // 8] ^= 1 << bit % 8
     path.write_bytes(whole)
-    before, keeper = contents(folder), StateStore(folder, 'learner', IDENTITY, (Told,))
+    before, store = contents(folder), StateStore(folder, 'learner', IDENTITY, (Entry,))
     try:
-        assert recalled(keeper) == (1, TOLD[:-1])
+        assert loaded(store) == (1, ENTRIES[:-1])
     except StateError as error:
         assert str(error).isprintable() and str(path) in str(error)
         assert contents(folder) == before
     finally:
-        keeper.close()
+        store.close()
         shutil.rmtree(folder)
 
 
 @pytest.mark.parametrize('content', [
-    b'', b'\0' * 100, b'comply_ros snapshot 1\n', random.Random(0).randbytes(99)])
-def test_a_file_that_is_no_snapshot_is_refused_and_left_untouched(keep, kept, content):
-    (kept / 'learner.snapshot').write_bytes(content)
-    before = contents(kept)
-    assert 'learner.snapshot must be' in refused(keep)
-    assert contents(kept) == before
+    b'', b'\0' * 100, b'comply_ros checkpoint, format 2\n', random.Random(0).randbytes(99)])
+def test_a_file_that_is_no_checkpoint_is_rejected_and_left_untouched(open_store, stored, content):
+    (stored / 'learner.checkpoint').write_bytes(content)
+    before = contents(stored)
+    assert 'learner.checkpoint must begin with' in rejected(open_store)
+    assert contents(stored) == before
 
 
 @pytest.mark.parametrize('identity, reason', [
-    ({'map': 'another'}, "was kept with map 'a hash', and here it is 'another'"),
-    ({'method': 'watkins'}, "was kept with method 'sarsa', and here it is 'watkins'"),
-    ({'seed': 4}, 'was kept with seed 3, and here it is 4'),
-    ({'mentor': 'none'}, "was kept with mentor None, and here it is 'none'")])
-def test_a_state_of_another_node_is_refused_with_the_reason(keep, kept, identity, reason):
-    before = contents(kept)
-    assert refused(keep, identity={**IDENTITY, **identity}) == (
-        f'{kept}/learner.snapshot {reason}: give another state_dir, or move it away to begin anew')
-    assert contents(kept) == before
+    ({'map': 'another'}, "was written with map 'a hash', but this node has 'another'"),
+    ({'method': 'watkins'}, "was written with method 'sarsa', but this node has 'watkins'"),
+    ({'seed': 4}, 'was written with seed 3, but this node has 4'),
+    ({'mentor': 'none'}, "was written with mentor None, but this node has 'none'")])
+def test_the_state_of_another_node_is_rejected(open_store, stored, identity, reason):
+    before = contents(stored)
+    assert rejected(open_store, identity={**IDENTITY, **identity}) == (
+        f'{stored}/learner.checkpoint {reason}: give another state_dir, or move learner.* away to '
+        'start anew')
+    assert contents(stored) == before
 
 
-def test_the_state_of_a_node_that_is_set_by_more_is_refused_too(keep, kept):
+def test_the_state_of_a_node_with_more_settings_is_rejected_too(open_store, stored):
     del (fewer := dict(IDENTITY))['method']
-    assert "was kept with method 'sarsa', and here it is None" in refused(keep, identity=fewer)
+    assert ("was written with method 'sarsa', but this node has None"
+            in rejected(open_store, identity=fewer))
 
 
-def test_a_state_of_another_version_is_refused(keep, kept, monkeypatch):
-    monkeypatch.setattr(state_store, '__version__', '99')
-    assert "was kept with version '0.1.0 (" in refused(keep)
+def test_a_state_of_format_1_is_rejected_and_left_untouched(open_store, tmp_path):
+    folder = tmp_path / 'state'
+    folder.mkdir()
+    (folder / 'learner.snapshot').write_bytes(b'comply_ros snapshot 1\n' + b'0' * 64 + b'\nPK')
+    (folder / 'learner.0123456789abcdef.journal').write_bytes(b'records')
+    before = contents(folder)
+    assert rejected(open_store) == (
+        f'{folder}/learner.snapshot was written by an older version of comply_ros (format 1; this '
+        'one reads format 2): give another state_dir, or move learner.* away to start anew')
+    assert contents(folder) == before
 
 
-def test_the_journal_of_another_snapshot_is_not_used(keep, kept):
-    own = journal(kept)
-    keeper = keep(name='other')
-    begin(keeper, 2)
-    keeper.keep([Told(9, 9.0)])
-    keeper.close()
-    os.replace(next(kept.glob('other.*.journal')), own)
-    assert 'record 1 at byte 0 does not fit its checksum: move learner.* away' in refused(keep)
+@pytest.mark.parametrize('name, version, age, effect', [
+    ('FORMAT', 1, 'a newer', ''), ('FORMAT', 3, 'an older', ''),
+    ('ALGORITHM', 2, 'an older', ', so its bits would differ')])
+def test_a_state_of_another_version_is_rejected_with_the_reason_and_left_untouched(
+        open_store, stored, monkeypatch, name, version, age, effect):
+    before = contents(stored)
+    written = getattr(versions, f'{name}_VERSION')
+    monkeypatch.setattr(checkpoint, f'{name}_VERSION', version)
+    assert rejected(open_store) == (
+        f'{stored}/learner.checkpoint was written by {age} version of comply_ros ({name.lower()} '
+        f'{written}; this one reads {name.lower()} {version}){effect}: give another state_dir, or '
+        'move learner.* away to start anew')
+    assert contents(stored) == before
 
 
-def test_a_journal_of_another_kind_of_node_is_refused(keep, kept):
-    assert 'is damaged: record 1 at byte 0' in refused(keep, kinds=(Other,))
+def test_the_journal_of_another_checkpoint_is_rejected(open_store, stored):
+    own = journal(stored)
+    store = open_store(name='other')
+    write_checkpoint(store, 2)
+    store.append([Entry(9, 9.0)])
+    store.close()
+    os.replace(next(stored.glob('other.*.journal')), own)
+    assert 'record 1 at byte 0 does not match its checksum: give another' in rejected(open_store)
 
 
-def test_a_folder_in_the_place_of_a_file_is_refused(keep, kept):
-    path = journal(kept)
+def test_the_journal_of_another_kind_of_node_is_rejected(open_store, stored):
+    assert ('must be as it was written, but record 1 at byte 0'
+            in rejected(open_store, kinds=(OtherEntry,)))
+
+
+def test_a_folder_in_the_place_of_a_file_is_rejected(open_store, stored):
+    path = journal(stored)
     path.unlink()
     path.mkdir()
-    assert refused(keep) == f'{path} must be a file that can be read (is a directory)'
-    (kept / 'learner.snapshot').unlink()
-    (kept / 'learner.snapshot').mkdir()
-    assert refused(keep).endswith('learner.snapshot must be a file that can be read '
+    assert rejected(open_store) == f'{path} must be a file that can be read (is a directory)'
+    (stored / 'learner.checkpoint').unlink()
+    (stored / 'learner.checkpoint').mkdir()
+    assert rejected(open_store).endswith('learner.checkpoint must be a file that can be read '
                                   '(is a directory)')
 
 
@@ -238,60 +263,61 @@ def denied(*names):
     return open_file
 
 
-def test_a_journal_that_cannot_be_written_is_refused(keep, kept, monkeypatch):
-    keeper = keep()
+def test_a_journal_that_cannot_be_written_is_rejected(open_store, stored, monkeypatch):
+    store = open_store()
     monkeypatch.setattr(os, 'open', denied('.journal'))
     with pytest.raises(StateError, match=r'must be a journal that can be written \(permission de'):
-        keeper.recall()
+        store.load()
 
 
-def test_files_that_cannot_be_read_are_refused(keep, kept, monkeypatch):
-    keeper = keep()
-    monkeypatch.setattr(Path, 'read_bytes', lambda path: denied('.snapshot')(path, os.O_RDONLY))
+def test_files_that_cannot_be_read_are_rejected(open_store, stored, monkeypatch):
+    store = open_store()
+    monkeypatch.setattr(Path, 'read_bytes', lambda path: denied('.checkpoint')(path, os.O_RDONLY))
     with pytest.raises(StateError, match=r'must be a file that can be read \(permission denied'):
-        keeper.recall()
+        store.load()
 
 
 @pytest.mark.parametrize('name, reason', [
     ('file', 'file exists'), ('file/deeper', 'not a directory'), ('x' * 300, 'file name too long'),
-    ('~nobody-at-all/x', 'no such user'), ('a\0b', 'no folder can have this name'),
-    ('\ud800', 'no folder can have this name')])
-def test_a_folder_that_cannot_be_is_refused(keep, tmp_path, name, reason):
+    ('~nobody-at-all/x', 'no such user'), ('a\0b', 'no file can have this name'),
+    ('\ud800', 'no file can have this name')])
+def test_a_folder_that_cannot_be_used_is_rejected(open_store, tmp_path, name, reason):
     (tmp_path / 'file').touch()
     folder = name if name.startswith('~') else f'{tmp_path}/{name}'
-    assert refused(keep, folder=folder) == (
+    assert rejected(open_store, folder=folder) == (
         f'state_dir must be a folder that can be written, got {folder!r} ({reason})')
 
 
-def test_two_nodes_of_one_name_are_told_apart_until_one_ends(keep, kept):
-    keeper = keep()
-    assert recalled(keeper) == (1, TOLD)
-    assert refused(keep) == (f"state_dir '{kept}' is used by another learner that runs: end it, "
-                             'or give this one another state_dir')
-    keep(name='mentor')
-    keeper.close()
-    assert recalled(keep()) == (1, TOLD)
+def test_only_one_of_two_nodes_of_one_name_uses_a_folder_until_it_ends(open_store, stored):
+    store = open_store()
+    assert loaded(store) == (1, ENTRIES)
+    assert rejected(open_store) == (
+        f"state_dir '{stored}' is used by another learner that runs: end it, or give this one "
+        'another state_dir')
+    open_store(name='mentor')
+    store.close()
+    assert loaded(open_store()) == (1, ENTRIES)
 
 
-def test_a_node_leaves_the_files_of_others_alone_whatever_their_names(keep, kept):
-    others = [keep(name=name) for name in ('learner.x', 'learner.learner', 'learner2')]
+def test_a_node_leaves_the_files_of_others_alone_whatever_their_names(open_store, stored):
+    others = [open_store(name=name) for name in ('learner.x', 'learner.learner', 'learner2')]
     for number, other in enumerate(others):
-        begin(other, number)
-        other.keep(TOLD)
-    keeper = keep()
-    assert recalled(keeper) == (1, TOLD)
-    begin(keeper, 9)
+        write_checkpoint(other, number)
+        other.append(ENTRIES)
+    store = open_store()
+    assert loaded(store) == (1, ENTRIES)
+    write_checkpoint(store, 9)
     for other in others:
         other.close()
-    assert recalled(keep(name='learner.x')) == (0, TOLD)
-    assert recalled(keep(name='learner.learner')) == (1, TOLD)
-    assert recalled(keep(name='learner2')) == (2, TOLD)
+    assert loaded(open_store(name='learner.x')) == (0, ENTRIES)
+    assert loaded(open_store(name='learner.learner')) == (1, ENTRIES)
+    assert loaded(open_store(name='learner2')) == (2, ENTRIES)
 
 
-def test_what_a_kill_left_of_a_snapshot_is_deleted_with_the_next(keep, kept):
-    (kept / 'learner.snapshot.4711.part').write_bytes(b'half of a snap')
-    assert recalled(keep()) == (1, TOLD)
-    assert not list(kept.glob('*.part'))
+def test_what_a_kill_left_of_a_checkpoint_is_deleted(open_store, stored):
+    (stored / 'learner.checkpoint.4711.part').write_bytes(b'half of a check')
+    assert loaded(open_store()) == (1, ENTRIES)
+    assert not list(stored.glob('*.part'))
 
 
 CALLS = ('open', 'fsync', 'replace', 'close', 'unlink')
@@ -324,42 +350,42 @@ def copied(folder, tmp_path):
 @pytest.mark.parametrize('number', range(20))
 @pytest.mark.parametrize('error', [OSError(errno.ENOSPC, 'No space left on device'),
                                    KilledError()], ids=['full', 'killed'])
-def test_a_snapshot_that_fails_between_two_system_calls_loses_nothing(
-        keep, kept, tmp_path, monkeypatch, error, number):
-    monkeypatch.setattr(state_store, 'SYNC', 1000.0)
-    keeper = keep()
-    recalled(keeper)
+def test_a_checkpoint_that_fails_between_two_system_calls_loses_nothing(
+        open_store, stored, tmp_path, monkeypatch, error, number):
+    monkeypatch.setattr(state_store, 'SYNC_PERIOD', 1000.0)
+    store = open_store()
+    loaded(store)
     with monkeypatch.context() as patched:
         calls = fail_at(patched, number, error)
         try:
-            begin(keeper, 6)
+            write_checkpoint(store, 6)
         except (OSError, KilledError):
             failed = True
         else:
             failed = False
         made = next(calls)
-    found = recalled(keep(folder=copied(kept, tmp_path)))
-    assert found in ([(1, TOLD), (6, [])] if failed else [(6, [])])
-    assert failed or keeper.trouble or made <= number, 'a failure that is not told'
-    if keeper.trouble:  # the new one may be lost with the power: another is written
-        begin(keeper, 6)
-    keeper.keep([Told(7, 0.25)])  # and so it goes on in the same process
-    keeper.close()
-    steps, told = recalled(keep())
-    assert (steps, told) in ([(1, [*TOLD, Told(7, 0.25)]), (6, [Told(7, 0.25)])])
+    found = loaded(open_store(folder=copied(stored, tmp_path)))
+    assert found in ([(1, ENTRIES), (6, [])] if failed else [(6, [])])
+    assert failed or store.sync_error or made <= number, 'a failure that is not reported'
+    if store.sync_error:  # the new one may be lost with the power: another is written
+        write_checkpoint(store, 6)
+    store.append([Entry(7, 0.25)])  # and so it goes on in the same process
+    store.close()
+    steps, entries = loaded(open_store())
+    assert (steps, entries) in ([(1, [*ENTRIES, Entry(7, 0.25)]), (6, [Entry(7, 0.25)])])
 
 
-def test_no_descriptor_is_left_open_by_what_fails(keep, kept, monkeypatch):
-    keeper = keep()
-    recalled(keeper)
+def test_no_failure_leaves_a_descriptor_open(open_store, stored, monkeypatch):
+    store = open_store()
+    loaded(store)
     before = len(os.listdir('/proc/self/fd'))
     monkeypatch.setattr(os, 'replace', denied('.part'))
     for _ in range(3):
         with pytest.raises(PermissionError):
-            begin(keeper, 6)
+            write_checkpoint(store, 6)
     assert len(os.listdir('/proc/self/fd')) == before
     with pytest.raises(StateError):
-        keep()
+        open_store()
     assert len(os.listdir('/proc/self/fd')) == before
 
 
@@ -377,115 +403,115 @@ def written_by(real, limit):
 
 
 @pytest.mark.parametrize('room', range(0, 42, 5))
-def test_a_disk_that_fills_up_in_a_record_is_written_on_when_there_is_room(
-        keep, kept, monkeypatch, room):
-    keeper = keep()
-    recalled(keeper)
+def test_a_record_that_filled_the_disk_is_completed_when_there_is_room(
+        open_store, stored, monkeypatch, room):
+    store = open_store()
+    loaded(store)
     with monkeypatch.context() as patched:
         patched.setattr(os, 'write', written_by(os.write, room))
-        for msg in ([Told(5, 1.0), Told(6, 1.0)], [Told(7, 1.0)], []):
+        for msg in ([Entry(5, 1.0), Entry(6, 1.0)], [Entry(7, 1.0)], []):
             with pytest.raises(OSError, match='No space left'):
-                keeper.keep(msg)
-    keeper.keep([])
-    keeper.close()
-    assert keeper.size == journal(kept).stat().st_size
-    assert recalled(keep()) == (1, [*TOLD, *(Told(step, 1.0) for step in (5, 6, 7))])
+                store.append(msg)
+    store.append([])
+    store.close()
+    assert store.journal_bytes == journal(stored).stat().st_size
+    assert loaded(open_store()) == (1, [*ENTRIES, *(Entry(step, 1.0) for step in (5, 6, 7))])
 
 
-def test_writes_that_take_a_byte_at_a_time_are_gone_on_with(keep, kept, monkeypatch):
-    keeper, real = keep(), os.write
-    recalled(keeper)
+def test_writes_of_one_byte_at_a_time_are_continued(open_store, stored, monkeypatch):
+    store, real = open_store(), os.write
+    loaded(store)
     monkeypatch.setattr(os, 'write', lambda file, content: real(file, content[:1]))
-    keeper.keep([Told(5, 1.0)])
-    keeper.close()
-    assert recalled(keep()) == (1, [*TOLD, Told(5, 1.0)])
+    store.append([Entry(5, 1.0)])
+    store.close()
+    assert loaded(open_store()) == (1, [*ENTRIES, Entry(5, 1.0)])
 
 
-def test_a_new_snapshot_after_a_full_disk_needs_nothing_of_the_old_journal(
-        keep, kept, monkeypatch):
-    keeper = keep()
-    recalled(keeper)
+def test_a_new_checkpoint_after_a_full_disk_does_not_need_the_old_journal(
+        open_store, stored, monkeypatch):
+    store = open_store()
+    loaded(store)
     with monkeypatch.context() as patched:
         patched.setattr(os, 'write', written_by(os.write, 5))
         with pytest.raises(OSError, match='No space left'):
-            keeper.keep([Told(5, 1.0)])
-    begin(keeper, 6)
-    keeper.keep([Told(6, 1.0)])
-    keeper.close()
-    assert recalled(keep()) == (6, [Told(6, 1.0)])
+            store.append([Entry(5, 1.0)])
+    write_checkpoint(store, 6)
+    store.append([Entry(6, 1.0)])
+    store.close()
+    assert loaded(open_store()) == (6, [Entry(6, 1.0)])
 
 
 @pytest.mark.parametrize('take', [shutil.rmtree, lambda folder: folder.rename(folder / '../old'),
                                   lambda folder: journal(folder).unlink(),
-                                  lambda folder: (folder / 'learner.snapshot').unlink()],
-                         ids=['folder', 'moved', 'journal', 'snapshot'])
-def test_what_was_taken_away_is_noticed_and_kept_anew(keep, kept, take):
-    keeper = keep()
-    assert not keeper.is_lost()
-    recalled(keeper)
-    assert not keeper.is_lost()
-    take(kept)
-    assert keeper.is_lost()
-    begin(keeper, 6)
-    assert not keeper.is_lost()
-    keeper.keep([Told(6, 1.0)])
-    assert 'is used by another learner' in refused(keep)
-    keeper.close()
-    assert recalled(keep()) == (6, [Told(6, 1.0)])
+                                  lambda folder: (folder / 'learner.checkpoint').unlink()],
+                         ids=['folder', 'moved', 'journal', 'checkpoint'])
+def test_removed_files_are_noticed_and_written_anew(open_store, stored, take):
+    store = open_store()
+    assert not store.was_removed()
+    loaded(store)
+    assert not store.was_removed()
+    take(stored)
+    assert store.was_removed()
+    write_checkpoint(store, 6)
+    assert not store.was_removed()
+    store.append([Entry(6, 1.0)])
+    assert 'is used by another learner' in rejected(open_store)
+    store.close()
+    assert loaded(open_store()) == (6, [Entry(6, 1.0)])
 
 
-def test_another_file_in_the_place_of_the_journal_is_noticed(keep, kept):
-    keeper = keep()
-    recalled(keeper)
-    content, path = journal(kept).read_bytes(), journal(kept)
+def test_another_file_in_the_place_of_the_journal_is_noticed(open_store, stored):
+    store = open_store()
+    loaded(store)
+    content, path = journal(stored).read_bytes(), journal(stored)
     path.unlink()
     path.write_bytes(content)
-    assert keeper.is_lost()
+    assert store.was_removed()
 
 
-def test_a_folder_that_another_node_has_taken_over_is_left_to_it(keep, kept):
-    keeper = keep()
-    recalled(keeper)
-    shutil.rmtree(kept)
-    other = keep()
-    begin(other, 8)
+def test_a_folder_that_another_node_uses_now_is_left_to_it(open_store, stored):
+    store = open_store()
+    loaded(store)
+    shutil.rmtree(stored)
+    other = open_store()
+    write_checkpoint(other, 8)
     with pytest.raises(OSError) as error:
-        begin(keeper, 6)
+        write_checkpoint(store, 6)
     assert error.value.strerror == 'another learner uses it'
     other.close()
-    assert recalled(keep(folder=kept)) == (8, [])
+    assert loaded(open_store(folder=stored)) == (8, [])
 
 
-def test_a_folder_in_which_nobody_may_look_is_not_taken_for_lost(keep, kept, monkeypatch):
-    keeper = keep()
-    recalled(keeper)
+def test_a_folder_that_nobody_can_look_into_is_not_removed(open_store, stored, monkeypatch):
+    store = open_store()
+    loaded(store)
     monkeypatch.setattr(os, 'stat', denied(''))
-    assert not keeper.is_lost()
+    assert not store.was_removed()
 
 
-def test_a_folder_that_cannot_be_synced_is_told_and_the_new_snapshot_counts(
-        keep, kept, monkeypatch):
-    monkeypatch.setattr(state_store, 'SYNC', 1000.0)
-    keeper = keep()
-    recalled(keeper)
+def test_a_failed_sync_of_a_folder_is_reported_and_the_new_checkpoint_counts(
+        open_store, stored, monkeypatch):
+    monkeypatch.setattr(state_store, 'SYNC_PERIOD', 1000.0)
+    store = open_store()
+    loaded(store)
     with monkeypatch.context() as patched:
-        patched.setattr(state_store, 'write_names_through', failing(OSError(errno.EIO, 'lost')))
-        begin(keeper, 6)
-    assert keeper.trouble.strerror == 'lost'
-    keeper.close()
-    assert recalled(keep()) == (6, [])
+        patched.setattr(state_store, 'sync_folder', failing(OSError(errno.EIO, 'lost')))
+        write_checkpoint(store, 6)
+    assert store.sync_error.strerror == 'lost'
+    store.close()
+    assert loaded(open_store()) == (6, [])
 
 
-def test_to_close_twice_is_to_close_once(keep, kept):
-    for keeper in (keep(name='fresh'), keep()):
-        keeper.recall()
-        keeper.close()
-        keeper.close()
-    assert recalled(keep()) == (1, TOLD)
+def test_closing_twice_is_closing_once(open_store, stored):
+    for store in (open_store(name='fresh'), open_store()):
+        store.load()
+        store.close()
+        store.close()
+    assert loaded(open_store()) == (1, ENTRIES)
 
 
-def test_many_snapshots_while_the_disk_is_synced_close_no_file_under_the_sync(keep, monkeypatch):
-    monkeypatch.setattr(state_store, 'SYNC', 0.0)
+def test_a_new_checkpoint_closes_no_file_during_its_sync(open_store, monkeypatch):
+    monkeypatch.setattr(state_store, 'SYNC_PERIOD', 0.0)
     bad, real = [], os.fdatasync
 
     def sync(file):
@@ -494,29 +520,29 @@ def test_many_snapshots_while_the_disk_is_synced_close_no_file_under_the_sync(ke
         except OSError as error:
             bad.append(error)
     monkeypatch.setattr(os, 'fdatasync', sync)
-    keeper = keep()
+    store = open_store()
     for steps in range(100):
-        begin(keeper, steps)
-        keeper.keep(TOLD)
-    keeper.close()
+        write_checkpoint(store, steps)
+        store.append(ENTRIES)
+    store.close()
     assert not bad
-    assert recalled(keep()) == (99, TOLD)
+    assert loaded(open_store()) == (99, ENTRIES)
 
 
-def test_what_the_disk_lost_after_it_was_written_is_an_error_until_there_is_a_new_snapshot(
-        keep, monkeypatch):
-    keeper = keep()
-    begin(keeper, 1)
-    keeper.keep(TOLD)
+def test_a_loss_of_the_disk_is_an_error_until_there_is_a_new_checkpoint(
+        open_store, monkeypatch):
+    store = open_store()
+    write_checkpoint(store, 1)
+    store.append(ENTRIES)
     monkeypatch.setattr(os, 'fdatasync', failing(OSError(errno.ENOSPC, 'No space left')))
-    keeper._sync_once()
+    store.sync()
     monkeypatch.undo()
-    keeper._sync_once()
+    store.sync()
     for _ in range(2):
         with pytest.raises(OSError, match='No space left'):
-            keeper.keep(TOLD)
-    begin(keeper, 2)
-    keeper.keep(TOLD)
+            store.append(ENTRIES)
+    write_checkpoint(store, 2)
+    store.append(ENTRIES)
 
 
 def failing(error):

@@ -70,7 +70,7 @@ def test_an_action_out_of_the_grid_is_rejected_and_the_robot_keeps_waiting(tmp_p
     with pty_session(*PATIENT) as session, nodes(tmp_path, grid_world=world, learner=LEARNER):
         session.wait_for('it waits for you')
         session.type('w')
-        session.wait_for("an action must not leave the grid, got '^' in row 1, column 1")
+        session.wait_for("an action must not leave the grid, got '^' in state 0 (row 1, column 1)")
         assert not client.heard['action']
 
 

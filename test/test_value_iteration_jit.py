@@ -20,7 +20,12 @@ from comply_ros.world.planning import (
     TOLERANCE,
     value_iteration,
 )
-from comply_ros.world.value_iteration_jit import best_value, plain_runs, settled_values, update
+from comply_ros.world.value_iteration_jit import (
+    best_value,
+    compiled_value_iteration,
+    plain_runs,
+    update,
+)
 
 
 def random_grid(seed):
@@ -31,12 +36,12 @@ def random_grid(seed):
     cells[generator.integers(height), generator.integers(width)] = 'G'
     rows = [''.join(row) for row in cells]
     free = [s for s, cell in enumerate(''.join(reversed(rows))) if cell == '.']
-    beside = [s for s in free if 'G' in around(''.join(reversed(rows)), s, width)]
+    beside = [s for s in free if 'G' in neighbours(''.join(reversed(rows)), s, width)]
     return grid(*rows, starts=tuple(beside[:1]), intended=float(generator.choice([0.3, 0.9, 1.0])),
                 step=-float(generator.random()) - 0.01) if beside else random_grid(seed + 1000)
 
 
-def around(cells, s, width):
+def neighbours(cells, s, width):
     """Return the cells beside s."""
     places = [s - width, s + width, *([s - 1] if s % width else []),
               *([s + 1] if s % width < width - 1 else [])]
@@ -52,7 +57,7 @@ def in_numpy(world, discount=1.0):
 @pytest.mark.parametrize('name', map_names())
 def test_the_maps_of_the_package_have_the_same_bits(name):
     world = World(read_map(name, 'published'))
-    values, change = settled_values(world, 1.0, TOLERANCE, 10_000)
+    values, change = compiled_value_iteration(world, 1.0, TOLERANCE, 10_000)
     assert values.tobytes() == in_numpy(world).tobytes()
     assert change < TOLERANCE
 
@@ -61,23 +66,23 @@ def test_the_maps_of_the_package_have_the_same_bits(name):
 def test_random_maps_have_the_same_bits(seed):
     rows = random_grid(seed)
     world, discount = World(replace(rows, slips_bump=bool(seed % 2))), (1.0, 0.9)[seed % 3 == 0]
-    values, _ = settled_values(world, discount, TOLERANCE, 10_000)
+    values, _ = compiled_value_iteration(world, discount, TOLERANCE, 10_000)
     assert values.tobytes() == in_numpy(world, discount).tobytes()
 
 
 @pytest.mark.parametrize('sweeps', [1, 2, 7, 40])
-def test_every_sweep_has_the_bits_of_its_twin(sweeps):  # also those whose values do not settle
+def test_every_sweep_has_the_bits_of_numpy(sweeps):  # also before the values settle
     world = World(read_map('bar_grid', 'report'))
-    twin = value_iteration(world)
+    iteration = value_iteration(world)
     for _ in range(sweeps):
-        values, change = next(twin)
-    assert settled_values(world, 1.0, TOLERANCE, sweeps)[0].tobytes() == values.tobytes()
-    assert settled_values(world, 1.0, TOLERANCE, sweeps)[1] == change
+        values, change = next(iteration)
+    assert compiled_value_iteration(world, 1.0, TOLERANCE, sweeps)[0].tobytes() == values.tobytes()
+    assert compiled_value_iteration(world, 1.0, TOLERANCE, sweeps)[1] == change
 
 
 def test_settled_values_are_a_fixed_point_within_the_tolerance():
     world = World(read_map('maze', 'report'))
-    values, _ = settled_values(world, 1.0, TOLERANCE, 10_000)
+    values, _ = compiled_value_iteration(world, 1.0, TOLERANCE, 10_000)
     again = np.where(world.free, action_values(world, values).max(axis=1), 0.0)
     assert np.abs(again - values).max() < TOLERANCE
 
@@ -85,13 +90,13 @@ def test_settled_values_are_a_fixed_point_within_the_tolerance():
 def test_large_worlds_are_swept_in_machine_code(monkeypatch):
     world, swept = World(read_map('free_grid', 'report')), []
 
-    def note(*arguments):
+    def record(*arguments):
         swept.append(len(world.free))
-        return settled_values(*arguments)
-    monkeypatch.setattr(planning, 'settled_values', note)
+        return compiled_value_iteration(*arguments)
+    monkeypatch.setattr(planning, 'compiled_value_iteration', record)
     small = optimal_values(world)
     assert swept == []
-    monkeypatch.setattr(planning, 'MANY', 121)
+    monkeypatch.setattr(planning, 'LARGE', 121)
     large = optimal_values(world)
     assert swept == [121]
     assert large.tobytes() == small.tobytes()
@@ -101,7 +106,7 @@ def test_large_worlds_are_swept_in_machine_code(monkeypatch):
 
 @pytest.mark.parametrize('many', [1, 10_000])
 def test_values_that_do_not_settle_are_an_error_that_says_so(monkeypatch, many):
-    monkeypatch.setattr(planning, 'MANY', many)
+    monkeypatch.setattr(planning, 'LARGE', many)
     monkeypatch.setattr(planning, 'MOST_SWEEPS', 2)
     with pytest.raises(PlanningError) as error:
         optimal_values(corridor())
@@ -112,7 +117,7 @@ def test_values_that_do_not_settle_are_an_error_that_says_so(monkeypatch, many):
 def test_without_numba_large_worlds_are_swept_in_numpy():
     code = ('import sys; sys.modules["numba"] = None; sys.path.insert(0, "test");'
             'from comply_ros.world import planning; from tiny_worlds import corridor;'
-            'planning.MANY = 1; planning.settled_values = None;'
+            'planning.LARGE = 1; planning.compiled_value_iteration = None;'
             'print(planning.optimal_values(corridor()).round(6).tolist())')
     done = subprocess.run([sys.executable, '-c', code], check=True, capture_output=True, text=True,
                           cwd=value_iteration_jit.__file__.rpartition('comply_ros/world')[0])

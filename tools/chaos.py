@@ -18,6 +18,7 @@ from comply_ros.nodes.lesson import hold, lesson_parser, NODES
 from comply_ros.nodes.node_processes import NodeDied
 from comply_ros.nodes.run_monitor import LessonFailed
 from comply_ros.numerics.rng import SEED_LIMIT
+from comply_ros.storage.kernel_cache import use_kernel_cache
 from comply_ros.storage.mentor_cache import mentor_policy
 from comply_ros.terminal.console import console
 from comply_ros.terminal.training_options import check_options, guarded, MISTAKES
@@ -91,6 +92,7 @@ def main(argv):
         help='begin no further kill after this time (default: no limit)')
     add('--out', default='runs/chaos', metavar='DIR', help='(default: %(default)s)')
     given = parser.parse_args(argv[1:])
+    use_kernel_cache()
     return guarded('chaos', MISTAKES, lambda: run(given))
 
 

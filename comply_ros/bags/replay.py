@@ -12,7 +12,7 @@ from comply_ros.bags.learner_replay import LearnerReplay, MissingMessage, place,
 from comply_ros.bags.message_decoder import DecodedMessages
 from comply_ros.bags.replay_check import ReplayCheck
 from comply_ros.learner.learner_config import ConfigError
-from comply_ros.storage.file_system import in_line
+from comply_ros.storage.file_system import printable
 from comply_ros.terminal.console import progress_bar
 from comply_ros.terminal.training_options import guarded
 
@@ -91,5 +91,5 @@ def with_progress(messages: DecodedMessages, program: str) -> Iterator[tuple[str
                 progress.update(task, completed=bag.count)
         progress.update(task, completed=bag.count)
     if bag.truncation:
-        print(f'{program}: bag {in_line(bag.path)} was cut off: {bag.truncation}; read up to the '
+        print(f'{program}: bag {printable(bag.path)} was cut off: {bag.truncation}; read up to the '
               f'last complete message, {bag.count} in all', file=sys.stderr)

@@ -11,6 +11,7 @@ from comply_ros.learner.presets import find_method, METHODS
 from comply_ros.nodes.lesson import topics_held
 from comply_ros.nodes.node_processes import NodeProcess
 from comply_ros.nodes.run_monitor import LessonFailed
+from comply_ros.storage.kernel_cache import use_kernel_cache
 from comply_ros.storage.map_files import map_names, read_map
 from comply_ros.storage.run_files import OutputError, prepare_folder
 from comply_ros.terminal.training_options import guarded
@@ -37,6 +38,7 @@ def demo_parser():
 def main(argv):
     """Run the demo until Ctrl-C; return the exit code."""
     given = demo_parser().parse_args(argv[1:])
+    use_kernel_cache()
     return guarded('demo', (MapError, ConfigError, OutputError, LessonFailed), lambda: run(given))
 
 

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 from comply_ros.experiments import training_runs
 from comply_ros.experiments.training_runs import Run
+from comply_ros.storage.kernel_cache import use_kernel_cache
 from comply_ros.terminal.interrupts import check, StopFlag
 from comply_ros.terminal.training_options import MISTAKES
 
@@ -49,6 +50,11 @@ def measure(run: Run, stop: StopFlag | None = None) -> dict[str, object] | None:
             'mentor_return': training_runs.mentor_return(run),
             'optimal_return': training_runs.reference_returns_of(run).optimal_return,
             'digest': result.digest}
+
+
+def _measure_in_worker(run: Run) -> dict[str, object] | None:
+    use_kernel_cache()
+    return measure(run)
 
 
 def completed(executor: Executor, jobs: Iterable[tuple[Any, Any]], stop: StopFlag
@@ -114,7 +120,7 @@ def dask_executor(address: str) -> Iterator[Executor]:
     loop = client.loop.asyncio_loop
 
     def submit(run: Run) -> Future:
-        job = client.submit(measure, run, pure=False)
+        job = client.submit(_measure_in_worker, run, pure=False)
         # Results of runs that end together come in one message.
         return asyncio.run_coroutine_threadsafe(client.gather(job, asynchronous=True), loop)
     try:

@@ -12,7 +12,8 @@ from comply_ros.experiments.report_tables import table_lines
 from comply_ros.experiments.results import Results
 from comply_ros.experiments.seed_statistics import band, interval
 from comply_ros.experiments.training_runs import mentor_return, reference_returns_of, Run
-from comply_ros.storage.run_files import aside, OutputError
+from comply_ros.storage.file_system import atomic_write
+from comply_ros.storage.run_files import OutputError
 
 INTRODUCTION = """# Results
 
@@ -113,7 +114,7 @@ def write_page(path: Path, numbers: dict, figures: Sequence[Figure], pictures: P
                 if figure.kind != 'table':
                     shutil.copyfile(pictures / f'{figure.name}.png', folder / f'{figure.name}.png')
             pictures = folder
-        with aside(path) as part:
+        with atomic_write(path) as part:
             part.write_text('\n'.join(page_lines(numbers, figures, pictures.name)) + '\n')
     except OSError as error:
         raise OutputError(f'a page must be writable, got {str(path)!r} '

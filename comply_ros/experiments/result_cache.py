@@ -2,6 +2,7 @@
 """Results on disk: a cell is one run repeated with many seeds, computed once."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import astuple
 import hashlib
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -11,10 +12,16 @@ import zlib
 import numpy as np
 from numpy.typing import NDArray
 
-from comply_ros.experiments.training_runs import GreedyCurve, reference_returns_of, Run, RunResult
-from comply_ros.numerics.jit import source_hash
+from comply_ros.experiments.training_runs import (
+    config_of,
+    GreedyCurve,
+    reference_returns_of,
+    Run,
+    RunResult,
+)
+from comply_ros.storage.file_system import atomic_write
 from comply_ros.storage.mentor_cache import read_mentor_spec
-from comply_ros.storage.run_files import aside
+from comply_ros.storage.versions import ALGORITHM_VERSION, FORMAT_VERSION
 
 
 class CellData(NamedTuple):
@@ -35,7 +42,7 @@ class CellData(NamedTuple):
 
 class ResultCache:
     """
-    A folder of cells, each a file named by what was run and by the sources of core.
+    A folder of cells, each a file named by what was run and by the versions of what is stored.
 
     seeds: how many seeds a cell must have.
     """
@@ -88,8 +95,9 @@ class ResultCache:
     def _path(self, run: Run) -> Path:
         spec = read_mentor_spec(run.mentor)  # files count by what is in them, not by their names
         grid = reference_returns_of(run).world.grid.sha256
-        key = repr((run._replace(seed=0, mentor='', map=''), spec, grid, source_hash()))
-        name = hashlib.sha256(key.encode()).hexdigest()[:16]
+        key = (grid, run.profile, run.method, astuple(config_of(run)), tuple(spec),
+               run.mentor_seed, run.budget, run.advising, FORMAT_VERSION, ALGORITHM_VERSION)
+        name = hashlib.sha256(repr(key).encode()).hexdigest()[:16]
         return self.folder / f'{Path(run.map).stem}-{run.method}-{name}.npz'
 
     def _read(self, run: Run) -> CellData | None:
@@ -111,7 +119,7 @@ def _write_whole(path: Path, arrays: Mapping[str, Any]) -> None:
     """Write arrays to an .npz file, whole or not at all; an OSError names it."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with aside(path) as part, part.open('wb') as file:
+        with atomic_write(path) as part, part.open('wb') as file:
             np.savez_compressed(file, **arrays)
     except OSError as error:
         raise OSError(error.errno, error.strerror, str(path)) from None

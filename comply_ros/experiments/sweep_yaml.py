@@ -25,7 +25,8 @@ from comply_ros.learner.learner_config import ConfigError
 from comply_ros.mentor.advice_budget import validate_advice_budget
 from comply_ros.mentor.policy_text import parse_policy
 from comply_ros.numerics.rng import SEED_LIMIT
-from comply_ros.storage.bounded_yaml import read_text, shown, UnreadableError
+from comply_ros.storage.bounded_yaml import read_text, shown
+from comply_ros.storage.file_system import PathError
 from comply_ros.storage.mentor_cache import read_mentor_spec
 from comply_ros.terminal.training_options import MISTAKES
 
@@ -43,7 +44,7 @@ def read_sweep(path: str | Path) -> Sweep:
     """Return the sweep of a file; a SweepFileError names file, line, rule and value."""
     try:
         return parse_sweep(read_text(path))
-    except UnreadableError as error:
+    except PathError as error:
         raise SweepFileError(
             f'a sweep file must be readable, got {str(path)!r} ({error})') from None
     except SweepFileError as error:

@@ -162,7 +162,7 @@ def play(learns: bool, world: WorldArrays, mentor: MentorArrays, config: KernelC
             a2, p = choose(s2, advice2, step + 1, decisions[count, 0], decisions[count, 1],
                            config, state)
             if not over:  # the last choice of a truncated episode is never published
-                watch(s2, a2, mentor.last_actions)
+                record_action(s2, a2, mentor.last_actions)
             if advice2 != NO_ACTION:
                 confidences[0] += 1.0
                 confidences[1] += p

@@ -1,22 +1,30 @@
 # SPDX-License-Identifier: Apache-2.0
 """A mentor with a budget: N recommendations to give, and when to give one."""
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from comply_ros.numerics.jit import kernel
 from comply_ros.world.grid import NO_ACTION
-from comply_ros.world.planning import action_values, probabilities, values_of
+from comply_ros.world.mdp import World
+from comply_ros.world.planning import action_values, policy_probabilities, policy_values
+
+Actions = NDArray[np.int8]
+Bools = NDArray[np.bool_]
+Array = Any  # of a kernel: an array in a compiled loop, a memoryview in a node
 
 ADVISING_MODES = ('early', 'important', 'mistakes')
 UNLIMITED = 0
-NEVER_WATCHED = -2  # did[s] where what the learner did does not matter
+NOT_WATCHED = -2  # last_actions[s] where it does not matter what the learner did
 
 
 class MentorError(ValueError):
     """A mentor that cannot be; the message names the rule and the value."""
 
 
-def validate_advice_budget(budget, when):
+def validate_advice_budget(budget: int, when: str) -> None:
     """
     Return if there can be such a mentor.
 
@@ -33,80 +41,91 @@ def validate_advice_budget(budget, when):
 
 class AdviceBudget:
     """
-    What a mentor says state by state, and what it has left to say.
+    What a mentor recommends in each state, and how many recommendations remain.
 
-    A recommendation is for good: the learner keeps it in mind, so saying it again costs nothing,
-    and a budget of N is N states that are advised. After Torrey and Taylor, Teaching on a Budget
-    (AAMAS 2013), the mentor speaks
+    The learner remembers a recommendation, so repeating it costs nothing: a budget of N is N
+    states with advice. After Torrey and Taylor, Teaching on a Budget (AAMAS 2013), the mentor
+    gives advice
 
-    early: in the first N states that it is asked about;
+    early: in the first N states that it observes;
     important: only where much depends on the action: the gap between the best and the worst
         action, valued by the mentor's own policy, is at least the median of all states;
-    mistakes: only where the learner last did something else. (There the learner announces what
-        it is about to do; here the mentor sees what it did the last time.)
+    mistakes: only where the learner's last action was another one. (There the learner announces
+        its action; here the mentor sees the one of the last time.)
 
     Parameters
     ----------
     world: the `World`.
-    policy: `policy[s]`, the action it would recommend, -1 for none.
-    budget: how many recommendations it has; 0 for no limit.
-    when: one of `ADVISING_MODES`; without a limit it speaks always.
+    policy: `policy[s]`, the action to recommend, -1 for none.
+    budget: number of recommendations; 0 for no limit.
+    when: one of `ADVISING_MODES`; without a limit it does not matter.
+
+    Attributes
+    ----------
+    policy: see above.
+    important: `important[s]`: whether the state is worth a recommendation.
+    advised: `advised[s]`: whether a recommendation there is free, since it was given before.
+    remaining: `[budget that remains]`.
+    last_actions: `last_actions[s]` of the learner, -1 before the first.
 
     """
 
-    def __init__(self, world, policy, budget=UNLIMITED, when='early'):
+    def __init__(self, world: World, policy: ArrayLike, budget: int = UNLIMITED,
+                 when: str = 'early') -> None:
         states = len(world.terminal)
-        limited = budget != UNLIMITED
-        watches = limited and when == 'mistakes'
+        is_limited = budget != UNLIMITED
+        watches = is_limited and when == 'mistakes'
         self.policy = np.array(policy, dtype=np.int8)
-        self.worth = np.ones(states, dtype=bool)
-        if limited and when == 'important':
+        self.important = np.ones(states, dtype=bool)
+        if is_limited and when == 'important':
             gaps = importance(world, self.policy)
-            self.worth = gaps >= np.median(gaps[world.free])
-        self.told = np.full(states, not limited)
-        self.left = np.array([budget])
-        self.did = np.full(states, NO_ACTION if watches else NEVER_WATCHED, dtype=np.int8)
-        self._views = tuple(memoryview(array) for array in self.arrays())
+            self.important = gaps >= np.median(gaps[world.free])
+        self.advised = np.full(states, not is_limited)
+        self.remaining = np.array([budget])
+        self.last_actions = np.full(states, NO_ACTION if watches else NOT_WATCHED, dtype=np.int8)
+        self._views = tuple(array.data for array in self.arrays())
 
-    def arrays(self):
-        """Return `policy, worth, told, left, did`, which kernels take, without copying them."""
-        return self.policy, self.worth, self.told, self.left, self.did
+    def arrays(self) -> tuple[Actions, Bools, Bools, NDArray[np.int64], Actions]:
+        """Return policy, important, advised, remaining and last_actions, not copied."""
+        return self.policy, self.important, self.advised, self.remaining, self.last_actions
 
-    def advise(self, s):
+    def advise(self, s: int) -> int:
         """Return the recommendation in state s, -1 for none; it may cost one of the budget."""
         return advise(s, *self._views)
 
-    def watch(self, s, a):
+    def watch(self, s: int, a: int) -> None:
         """Remember that the learner took action a in state s."""
-        watch(s, a, self.did)
+        watch(s, a, self.last_actions)
 
 
 @kernel
-def advise(s, policy, worth, told, left, did):
-    """Return the recommendation in state s, -1 for none; change told and left if it is new."""
+def advise(s: int, policy: Array, important: Array, advised: Array, remaining: Array,
+           last_actions: Array) -> int:
+    """Return the recommendation in state s, -1 for none; a new one changes advised, remaining."""
     a = policy[s]
-    if a < 0 or told[s]:
+    if a < 0 or advised[s]:
         return a
-    if left[0] == 0 or not worth[s] or did[s] == NO_ACTION or did[s] == a:
+    if (remaining[0] == 0 or not important[s] or last_actions[s] == NO_ACTION
+            or last_actions[s] == a):
         return NO_ACTION
-    told[s] = True
-    left[0] -= 1
+    advised[s] = True
+    remaining[0] -= 1
     return a
 
 
 @kernel
-def watch(s, a, did):
-    """Change did[s] to a, if what the learner does matters to the mentor."""
-    if did[s] != NEVER_WATCHED:
-        did[s] = a
+def watch(s: int, a: int, last_actions: Array) -> None:
+    """Change last_actions[s] to a, if the mentor advises where the learner makes mistakes."""
+    if last_actions[s] != NOT_WATCHED:
+        last_actions[s] = a
 
 
-def importance(world, policy):
+def importance(world: World, policy: Actions) -> NDArray[np.float64]:
     """
     `gap[s]` between the best and the worst action, valued by the policy's own returns.
 
     Importance advising: I(s) = max Q(s, a) - min Q(s, a). 0 where nobody can act.
     """
-    q = action_values(world, values_of(world, probabilities(world, policy)))
+    q = action_values(world, policy_values(world, policy_probabilities(world, policy)))
     lowest = np.where(world.available, q, np.inf).min(axis=1)
     return np.where(world.free, q.max(axis=1) - lowest, 0.0)

@@ -2,17 +2,18 @@
 """A policy as text in the shape of the map: `<>v^`, `.` for no advice, `#` obstacle, `G` goal."""
 
 import numpy as np
+from numpy.typing import NDArray
 
+from comply_ros.mentor.policy import PolicyError, position_text, validate_policy
 from comply_ros.world.grid import ARROWS, CELLS, FREE, NO_ACTION
+from comply_ros.world.mdp import World
 
 
-class PolicyError(ValueError):
-    """A policy that does not fit its map; the message names the rule and the value."""
-
-
-def parse_policy(text, world):
+def parse_policy(text: str, world: World) -> NDArray[np.int8]:
     """
-    `policy[s]`, int8, from text with one line a row, top row first; -1 where there is no advice.
+    `policy[s]` from text with one line a row, top row first; -1 where there is no advice.
+
+    Advice in free cells from which no goal can be reached is left out.
 
     Raises
     ------
@@ -21,40 +22,6 @@ def parse_policy(text, world):
 
     """
     grid, lines = world.grid, text.split()
-    _check_shape(lines, grid)
-    signs = ''.join(reversed(lines))
-    policy = np.full(len(signs), NO_ACTION, dtype=np.int8)
-    for s, (sign, cell) in enumerate(zip(signs, grid.cells)):
-        if sign in ARROWS:
-            policy[s] = ARROWS.index(sign)
-        elif sign not in CELLS:
-            raise PolicyError(f'a policy is written in {ARROWS}{CELLS}, got {sign!r} '
-                              f'in {_position(s, grid)}')
-        if sign in ARROWS + FREE and cell != FREE or sign not in ARROWS + FREE and sign != cell:
-            raise PolicyError(f'a policy has advice in free cells only, got {sign!r} '
-                              f'in {_position(s, grid)}, which is {cell!r} in the map')
-    return validate_policy(policy, world)
-
-
-def validate_policy(policy, world):
-    """
-    Return the policy.
-
-    Raises
-    ------
-    PolicyError: for advice that its cell does not have.
-
-    """
-    advised = np.flatnonzero(policy != NO_ACTION)
-    missing = advised[~world.available[advised, policy[advised]]]
-    if len(missing):
-        s = int(missing[0])
-        raise PolicyError(f'an action must not leave the grid, got {ARROWS[policy[s]]!r} '
-                          f'in {_position(s, world.grid)}')
-    return policy
-
-
-def _check_shape(lines, grid):
     if len(lines) != grid.height:
         raise PolicyError(f'a policy must have a row for each of the {grid.height} rows of the '
                           f'map, got {len(lines)}')
@@ -62,15 +29,20 @@ def _check_shape(lines, grid):
         if len(line) != grid.width:
             raise PolicyError(f'a row of a policy must have the {grid.width} cells of the map, '
                               f'got {len(line)} in row {number}')
+    policy = np.full(len(grid.cells), NO_ACTION, dtype=np.int8)
+    for s, (sign, cell) in enumerate(zip(''.join(reversed(lines)), grid.cells)):
+        if sign in ARROWS:
+            policy[s] = ARROWS.index(sign)
+        elif sign not in CELLS:
+            raise PolicyError(f'a policy is written in {ARROWS}{CELLS}, got {sign!r} '
+                              f'in {position_text(s, grid)}')
+        if cell != (FREE if sign in ARROWS else sign):
+            raise PolicyError(f'a policy has advice in free cells only, got {sign!r} '
+                              f'in {position_text(s, grid)}, which is {cell!r} in the map')
+    return validate_policy(policy, world, clear_not_free=True)
 
 
-def _position(s, grid):
-    """Return where state s stands in the text: the top row is row 1."""
-    x, y = grid.place(s)
-    return f'row {grid.height - y}, column {x + 1}'
-
-
-def format_policy(policy, world):
+def format_policy(policy: NDArray[np.int8], world: World) -> str:
     """Text of `policy[s]` that `parse_policy` reads back."""
     signs = [ARROWS[a] if a != NO_ACTION else cell
              for a, cell in zip(policy.tolist(), world.grid.cells)]

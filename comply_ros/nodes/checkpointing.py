@@ -38,7 +38,7 @@ class Checkpointing:
             return None
         name = self._node.get_fully_qualified_name().strip('/').replace('/', '.')
         self.keeper = StateStore(self._folder, name, identity, kinds)
-        return self.keeper.recall()
+        return self.keeper.load()
 
     def keep(self, actor):
         """Return whether what the actor was told is kept now; a new snapshot is made if due."""
@@ -50,13 +50,13 @@ class Checkpointing:
         if self.trouble:
             self._node.get_logger().info('state_dir can be written again: goes on')
             self.trouble = None
-        if self.keeper and self.keeper.is_due():
+        if self.keeper and self.keeper.is_checkpoint_due():
             self._renew(actor)
         return True
 
     def look(self, actor):
         """Return whether all is kept; where somebody took the folder away, in a new one."""
-        if self.keeper is None or not self.keeper.is_lost():
+        if self.keeper is None or not self.keeper.was_removed():
             return True
         self._node.get_logger().warning(
             f'state_dir {self._folder!r} was taken away: it is made anew')
@@ -73,20 +73,20 @@ class Checkpointing:
         try:
             if self.keeper is None:
                 return
-            if actor.needs_checkpoint or self.keeper.trouble:
-                self.keeper.begin(*actor.state_dict())
+            if actor.needs_checkpoint or self.keeper.sync_error:
+                self.keeper.write_checkpoint(*actor.state_dict())
                 actor.needs_checkpoint = False
             else:
-                self.keeper.keep(actor.journal_entries)
+                self.keeper.append(actor.journal_entries)
         finally:
             actor.journal_entries.clear()  # the state has it, or the keeper
 
     def _renew(self, actor):
         """Write a new snapshot; where that cannot be, the journal goes on."""
         try:
-            self.keeper.begin(*actor.state_dict())
+            self.keeper.write_checkpoint(*actor.state_dict())
         except OSError as error:
-            self.keeper.put_off()
+            self.keeper.postpone_checkpoint()
             self._node.get_logger().warning(f'no new snapshot in state_dir {self._folder!r} '
                                             f'({error.strerror.lower()}): the journal goes on')
 

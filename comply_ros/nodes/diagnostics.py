@@ -64,9 +64,9 @@ def kept(keeper):
     """Table of what is kept on disk, for a status."""
     if keeper is None:
         return {'state_dir': 'nothing is kept'}
-    written = 'none yet' if keeper.written is None else time.strftime(
-        '%Y-%m-%d %H:%M:%S', time.localtime(keeper.written))
-    return {'journal bytes': keeper.size, 'last snapshot': written}
+    written = 'none yet' if keeper.checkpoint_time is None else time.strftime(
+        '%Y-%m-%d %H:%M:%S', time.localtime(keeper.checkpoint_time))
+    return {'journal bytes': keeper.journal_bytes, 'last snapshot': written}
 
 
 def _stamped(node):

@@ -16,12 +16,8 @@ from comply_ros.nodes.protocol_node import ProtocolNode
 from comply_ros.nodes.topics import MENTOR_POLICY, RECOMMEND, RECOMMENDATION, STATE, WORLD
 from comply_ros.protocol.human_mentor import HumanMentor
 from comply_ros.protocol.validation import rejected_description
-from comply_ros.storage.mentor_cache import (
-    mentor_policy,
-    read_mentor_spec,
-    read_policy,
-    write_policy,
-)
+from comply_ros.storage.mentor_cache import mentor_policy, read_mentor_spec
+from comply_ros.storage.policy_files import read_policy, write_policy
 
 PERIOD = 0.1  # least seconds between two messages on `mentor_policy`
 LOOK = 0.02  # seconds between looks at who waits

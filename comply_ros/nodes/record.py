@@ -19,7 +19,7 @@ from comply_ros.nodes.parameters import (
     unknown_overrides,
 )
 from comply_ros.nodes.spin import run_node
-from comply_ros.storage.file_system import in_line
+from comply_ros.storage.file_system import printable
 
 TOPICS = tuple(each for each in vars(topics).values() if isinstance(each, topics.Topic))
 DEPTH = 10_000  # messages of a topic that may wait to be written: four seconds at full speed
@@ -59,7 +59,7 @@ class RecordNode(SafeParameterNode):
         self.create_timer(TELL, self._tell)
         for unknown in unknown_overrides(self):
             self.get_logger().warning(f'parameter {unknown!r} is unknown and has no effect')
-        self.get_logger().info(f'records to {in_line(self._path)}')
+        self.get_logger().info(f'records to {printable(self._path)}')
 
     def leave(self):
         """Write the end of the bag: the node ends."""
@@ -69,7 +69,7 @@ class RecordNode(SafeParameterNode):
             raise RecordError(self._words(error)) from None
         counts = ', '.join(f'{name} {count:,}'
                            for name, count in self._bag.counts.items() if count)
-        self.get_logger().info(f'wrote {self._count():,} messages to {in_line(self._path)} '
+        self.get_logger().info(f'wrote {self._count():,} messages to {printable(self._path)} '
                                f'({counts or "nobody spoke"})')
 
     def _record(self, message, name, qos, offered):
@@ -102,7 +102,7 @@ class RecordNode(SafeParameterNode):
         return sum(self._bag.counts.values())
 
     def _words(self, error):
-        return (f'bag {in_line(self._path)!r} cannot be written '
+        return (f'bag {printable(self._path)!r} cannot be written '
                 f'({(error.strerror or str(error)).lower()})')
 
 

@@ -1,19 +1,36 @@
 # SPDX-License-Identifier: Apache-2.0
 """The one file that knows numba: every kernel is plain Python until it is asked for compiled."""
 
+from collections.abc import Callable
 from functools import cache
-import hashlib
-import os
-from pathlib import Path
 from pickle import UnpicklingError
-import shutil
-from typing import Any
+from types import FunctionType
+from typing import Any, Protocol, TypeVar
 
-KERNELS = {}
+Function = TypeVar('Function', bound=FunctionType)
+KERNELS: dict[str, Callable[..., Any]] = {}
 SPOILED = EOFError, ImportError, OSError, ValueError, UnpicklingError  # what a bad cache raises
 
 
-def kernel(function):
+class CodeCache(Protocol):
+    """Where compiled code is kept from one process to the next."""
+
+    def folder(self) -> str | None:
+        """Folder for the code of the present sources; None where there can be none."""
+
+    def clear(self) -> None:
+        """Delete that folder."""
+
+
+_caches: list[CodeCache] = []  # the one in use, if any
+
+
+def use_cache(code_cache: CodeCache) -> None:
+    """Keep all that is compiled from now on in a cache; without one, each process compiles."""
+    _caches[:] = [code_cache]
+
+
+def kernel(function: Function) -> Function:
     """Return the function unchanged, and remember that compiled code may call it."""
     KERNELS[f'{function.__module__}.{function.__qualname__}'] = function
     return function
@@ -25,19 +42,7 @@ def plain_view(array: Any) -> Any:
 
 
 @cache
-def source_hash():
-    """SHA-256 (hex) over the sources of core: it changes when any formula changes."""
-    sources = sorted(Path(__file__).parents[1].glob('*/*.py'))
-    return hashlib.sha256(b''.join(path.read_bytes() for path in sources)).hexdigest()
-
-
-def cache_folder():
-    """Where what is slow to make is kept: `$XDG_CACHE_HOME/comply_ros` (`~/.cache` by default)."""
-    return Path(os.environ.get('XDG_CACHE_HOME') or Path.home() / '.cache') / 'comply_ros'
-
-
-@cache
-def compiled(entry):
+def compiled(entry: Callable[..., Any]) -> Callable[..., Any]:
     """
     Return entry as machine code with all kernels it calls; without numba, entry itself.
 
@@ -52,12 +57,14 @@ def compiled(entry):
     for function in KERNELS.values():
         if function is not entry:
             register_jitable(_nrt=False, forceinline=True)(function)
-    return numba.njit(nogil=True, error_model='numpy', cache=_keeps_code(numba),
-                      _nrt=False)(entry)
+    folder = _caches[0].folder() if _caches else None
+    if folder:
+        setattr(numba.config, 'CACHE_DIR', folder)
+    return numba.njit(nogil=True, error_model='numpy', cache=bool(folder), _nrt=False)(entry)
 
 
-def run_compiled(entry, *arguments):
-    """Return what entry returns, run as machine code; what is kept and spoiled is made anew."""
+def run_compiled(entry: Callable[..., Any], *arguments: Any) -> Any:
+    """Return what entry returns, run as machine code; compile again where the cache is spoiled."""
     try:
         return compiled(entry)(*arguments)
     except SPOILED:  # raised before anything ran
@@ -65,7 +72,7 @@ def run_compiled(entry, *arguments):
         return compiled(entry)(*arguments)
 
 
-def specialized(entry, *arguments):
+def specialized(entry: Callable[..., Any], *arguments: Any) -> Callable[..., Any]:
     """
     Return entry compiled for the types of these arguments, to be called with no others.
 
@@ -78,7 +85,7 @@ def specialized(entry, *arguments):
         return _overload(compiled(entry), arguments)
 
 
-def _overload(function, arguments):
+def _overload(function: Any, arguments: tuple[Any, ...]) -> Callable[..., Any]:
     if not hasattr(function, 'overloads'):  # there is no compiler
         return function
     from numba import typeof
@@ -87,23 +94,8 @@ def _overload(function, arguments):
     return function.overloads[types].entry_point
 
 
-def forget():
-    """Delete what was compiled before, for a start from the sources."""
-    shutil.rmtree(cache_folder() / 'kernels', ignore_errors=True)
+def forget() -> None:
+    """Delete the compiled code, in the cache and in this process."""
+    for code_cache in _caches:
+        code_cache.clear()
     compiled.cache_clear()
-
-
-def _keeps_code(numba):
-    """
-    Point numba at a cache of this very source; return False where it cannot be written.
-
-    numba notices a change of the compiled function, not of the functions that it calls:
-    a folder of its own for each state of the sources keeps old machine code from being run.
-    """
-    folder = cache_folder() / 'kernels' / source_hash()[:16]
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError:
-        return False
-    numba.config.CACHE_DIR = str(folder)
-    return os.access(folder, os.W_OK)

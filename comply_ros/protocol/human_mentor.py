@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from comply_ros.mentor.policy_text import PolicyError, validate_policy
+from comply_ros.mentor.policy import PolicyError, validate_advice, validate_policy
 from comply_ros.protocol.mentor import Mentor
 from comply_ros.protocol.messages import Outputs, Recommendation, StateReward, step_id
 from comply_ros.protocol.validation import validate_observation
@@ -71,13 +71,9 @@ class HumanMentor(Mentor):
         """
         policy = self._policy_to_edit().copy()
         for state, action in cells.items():
-            if type(state) is not int or not 0 <= state < len(policy):
-                raise PolicyError(f'a state must lie in [0, {len(policy) - 1}], got {state!r}')
-            if type(action) is not int or not NO_ACTION <= action < 4:
-                raise PolicyError('an action must be 0 left, 1 right, 2 down, 3 up, or -1 for no '
-                                  f'advice, got {action!r}')
+            validate_advice(state, action, self.world)
             policy[state] = action
-        self._set(validate_policy(policy, self.world))
+        self._set(policy)
 
     def replace(self, policy: ArrayLike) -> None:
         """
@@ -89,7 +85,7 @@ class HumanMentor(Mentor):
 
         """
         self._policy_to_edit()
-        self._set(validate_policy(policy, self.world).copy())
+        self._set(validate_policy(policy, self.world))
 
     def steer(self, action: int) -> Outputs:
         """

@@ -27,7 +27,7 @@ from comply_ros.protocol.validation import validate_confidence, validate_observa
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
 
-BUDGET_ARRAYS = ('told', 'left', 'did')  # the attributes of an `AdviceBudget` that change
+BUDGET_ARRAYS = ('advised', 'remaining', 'last_actions')  # the attributes of an `AdviceBudget` that change
 
 
 class Mentor:
@@ -267,13 +267,13 @@ class Mentor:
         """Return the recommendation for a state, which may cost one of the budget."""
         budget = self._budget
         assert budget is not None
-        remaining = budget.left[0]
+        remaining = budget.remaining[0]
         self.tracker.answer(msg)
         self.step_count += self._observed is None or step_id(msg) > step_id(self._observed)
         self._observed, self._ticks = msg, 0
         self._answer = (Recommendation(msg.run, msg.episode, msg.step, msg.state,
                                        budget.advise(msg.state)),)
-        if self.watches or budget.left[0] != remaining:
+        if self.watches or budget.remaining[0] != remaining:
             self.journal_entries.append(msg)
         return self._answer
 

@@ -1,62 +1,55 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What users give as files, within bounds: text that ends, YAML that stays small in memory."""
+"""Files of users, within bounds: text that ends, YAML that stays small in memory."""
 
 from pathlib import Path
 import re
+from typing import Any
 
 import yaml
+from yaml.constructor import ConstructorError
 
-LONGEST = 32_000_000  # characters of a file: more than the largest map has
-LONGEST_NUMBER = 50  # characters of a number in YAML
-MOST_VALUES = 50_000  # in YAML; a value behind an alias counts each time, a text by thousands
-ONE_LINE = re.compile('[^\\n\\r\\x85\\u2028\\u2029\\ufeff]*')  # what takes a column each
+from comply_ros.storage.file_system import path_errors, PathError
 
-
-class UnreadableError(ValueError):
-    """A file that cannot be read as text; the message is the reason."""
+MAX_CHARACTERS = 32_000_000  # of a file: more than the largest map has
+MAX_NUMBER_LENGTH = 50  # characters of a number in YAML
+MAX_VALUES = 50_000  # in YAML; an alias counts as what it stands for, a long text by thousands
+# What PyYAML counts as one column each.
+ONE_LINE = re.compile('[^\\n\\r\\x85\\u2028\\u2029\\ufeff]*')
 
 
 class BoundError(yaml.MarkedYAMLError):
-    """YAML beyond a bound; `problem` names the rule and the value."""
+    """YAML beyond a bound, at a line; `problem` names the rule and the value."""
 
-    def __init__(self, problem, node):
+    def __init__(self, problem: str, node: yaml.Node) -> None:
         super().__init__(problem=problem, problem_mark=node.start_mark)
+        self.line = node.start_mark.line + 1
 
 
-def read_text(path):
+def read_text(path: str | Path) -> str:
     """
     Text of a file.
 
     Raises
     ------
-    UnreadableError: whatever the path and the file are; the message says why.
+    PathError: whatever the path and the file are; the message is the reason.
 
     """
-    try:
-        with Path(path).expanduser().open(encoding='utf-8') as file:
-            text = file.read(LONGEST + 1)
-    except UnicodeDecodeError:
-        raise UnreadableError('it is not text') from None
-    except OSError as error:
-        raise UnreadableError(error.strerror.lower()) from None
-    except ValueError:  # a NUL, or half of a character
-        raise UnreadableError('no file can have this name') from None
-    except RuntimeError:  # ~USER/
-        raise UnreadableError('no such user') from None
-    if len(text) > LONGEST:
-        raise UnreadableError(f'it has more than {LONGEST} characters')
+    with path_errors(), Path(path).expanduser().open(encoding='utf-8') as file:
+        text = file.read(MAX_CHARACTERS + 1)
+    if len(text) > MAX_CHARACTERS:
+        raise PathError(f'it has more than {MAX_CHARACTERS} characters')
     return text
 
 
-def shown(value):
-    """Value as a message shows it: on one line, cut where it is long."""
+def shown(value: object, longest: int = 60) -> str:
+    """Text of a value for a message: on one line, cut where it is long."""
     text = repr(value)
-    return text if len(text) <= 60 else text[:57] + '...'
+    return text if len(text) <= longest else text[:longest - 3] + '...'
 
 
 class BoundedLoader(yaml.SafeLoader):
     """
-    Safe YAML that is bounded: its values, aliases followed, and its numbers.
+    Safe YAML with bounds for its values, aliases included, and for its numbers.
 
     Raises
     ------
@@ -65,12 +58,12 @@ class BoundedLoader(yaml.SafeLoader):
 
     """
 
-    def __init__(self, text):
+    def __init__(self, text: str) -> None:
         super().__init__(text)
         self._count, self._weights = 0, {}
 
-    def forward(self, length=1):
-        """Go on by so many characters; within a line at once, where PyYAML counts each."""
+    def forward(self, length: int = 1) -> None:
+        """Advance by so many characters; within a line at once, where PyYAML counts each."""
         end = self.pointer + length
         if length > 1 and ONE_LINE.fullmatch(self.buffer, self.pointer, end) \
                 and end < len(self.buffer):
@@ -78,21 +71,21 @@ class BoundedLoader(yaml.SafeLoader):
         else:
             super().forward(length)
 
-    def compose_node(self, parent, index):
+    def compose_node(self, parent: Any, index: Any) -> Any:
         """Return the next node, counted with all below it; an alias as what it stands for."""
-        is_alias, begin = self.check_event(yaml.AliasEvent), self._count
+        is_alias, before = self.check_event(yaml.AliasEvent), self._count
         node = super().compose_node(parent, index)
         if is_alias:
             self._count += self._weights.get(node, 1)
         else:
             is_text = isinstance(node, yaml.ScalarNode)
             self._count += 1 + len(node.value) // 1000 if is_text else 1
-            self._weights[node] = self._count - begin
-        if self._count > MOST_VALUES:
-            raise BoundError(f'YAML may have at most {MOST_VALUES} values, got more', node)
+            self._weights[node] = self._count - before
+        if self._count > MAX_VALUES:
+            raise BoundError(f'YAML may have at most {MAX_VALUES} values, got more', node)
         return node
 
-    def compose_mapping_node(self, anchor):
+    def compose_mapping_node(self, anchor: Any) -> Any:
         """Return the node of a table in which every key is there once."""
         node, seen = super().compose_mapping_node(anchor), set()
         for key, _ in node.value:
@@ -102,14 +95,14 @@ class BoundedLoader(yaml.SafeLoader):
             seen.add(written)
         return node
 
-    def construct_object(self, node, deep=False):
-        """Return the value of a node; PyYAML itself falls over `!!int ''` and its like."""
+    def construct_object(self, node: Any, deep: bool = False) -> Any:
+        """Return the value of a node, also of those such as `!!int ''` that PyYAML fails at."""
         is_number = isinstance(node, yaml.ScalarNode) and node.tag.endswith((':int', ':float'))
-        if is_number and len(node.value) > LONGEST_NUMBER:
-            raise BoundError(f'a number may have at most {LONGEST_NUMBER} characters, '
+        if is_number and len(node.value) > MAX_NUMBER_LENGTH:
+            raise BoundError(f'a number may have at most {MAX_NUMBER_LENGTH} characters, '
                              f'got {shown(node.value)}', node)
         try:
             return super().construct_object(node, deep)
         except (ArithmeticError, AttributeError, LookupError, ValueError):
-            raise yaml.constructor.ConstructorError(
+            raise ConstructorError(
                 None, None, 'found a value that is not of its tag', node.start_mark) from None

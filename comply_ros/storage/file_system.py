@@ -1,19 +1,67 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files as the disk has them: written through, cut, and looked for where they may be gone."""
+"""Files: written whole or not at all, synced to the disk, and errors of paths as sentences."""
 
+from collections.abc import Generator
+from contextlib import contextmanager
 import os
+from pathlib import Path
 
 
-def write_through(path, content):
-    """Write a file, and have the disk take it; raises OSError."""
+class PathError(ValueError):
+    """A path that cannot be used; the message is the reason, in a few words."""
+
+
+@contextmanager
+def path_errors() -> Generator[None, None, None]:
+    """Raise whatever goes wrong with a path in the block as a `PathError`."""
+    try:
+        yield
+    except OSError as error:
+        raise PathError(reason_of(error)) from error
+    except RuntimeError:  # ~USER/
+        raise PathError('no such user') from None
+    except UnicodeDecodeError:
+        raise PathError('it is not text') from None
+    except ValueError:  # a NUL, or half of a character
+        raise PathError('no file can have this name') from None
+
+
+def reason_of(error: OSError) -> str:
+    """Return what went wrong, in a few words: `permission denied`."""
+    return (error.strerror or str(error)).lower()
+
+
+def printable(path: Path) -> str:
+    """Text of a path on one line, whatever is in its name."""
+    return str(path) if str(path).isprintable() else repr(str(path))
+
+
+@contextmanager
+def atomic_write(path: Path) -> Generator[Path, None, None]:
+    """
+    Give a path beside this one to write to, and rename it when the block ends without an error.
+
+    There is never half a file. After an error the file is as it was before.
+    """
+    part = path.with_name(f'{path.name}.{os.getpid()}.part')
+    try:
+        yield part
+        os.replace(part, path)
+    except BaseException:
+        part.unlink(missing_ok=True)
+        raise
+
+
+def write_synced(path: Path, content: bytes) -> None:
+    """Write a file and sync it to the disk; raises OSError."""
     with path.open('wb') as file:
         file.write(content)
         file.flush()
         os.fsync(file.fileno())
 
 
-def write_names_through(folder):
-    """Have the disk take the names in a folder; raises OSError."""
+def sync_folder(folder: Path) -> None:
+    """Sync the names in a folder to the disk; raises OSError."""
     file = os.open(folder, os.O_RDONLY)
     try:
         os.fsync(file)
@@ -21,39 +69,30 @@ def write_names_through(folder):
         os.close(file)
 
 
-def open_behind(path, end):
-    """Cut a file off behind a place; return a descriptor to append there. Raises OSError."""
+def open_truncated(path: Path, size: int) -> int:
+    """Cut a file to a size; return a descriptor that writes after it. Raises OSError."""
     file = os.open(path, os.O_WRONLY | os.O_CREAT, 0o666)
     try:
-        os.ftruncate(file, end)
-        os.lseek(file, end, os.SEEK_SET)
+        os.ftruncate(file, size)
+        os.lseek(file, size, os.SEEK_SET)
     except OSError:
         os.close(file)
         raise
     return file
 
 
-def is_at(path, file):
-    """Tell whether a path leads to an open file; where nobody may look, it counts as there."""
+def is_same_file(path: Path, file: int) -> bool:
+    """Whether a path still leads to an open file; also if that cannot be looked up."""
     try:
         return os.path.samestat(os.stat(path), os.fstat(file))
     except OSError as error:
-        return not _is_gone(error)
+        return not isinstance(error, (FileNotFoundError, NotADirectoryError))
 
 
-def may_exist(path):
-    """Tell whether something is there; where nobody may look, it counts as there."""
+def may_exist(path: Path) -> bool:
+    """Whether a path leads anywhere; also if that cannot be looked up."""
     try:
         os.stat(path)
     except OSError as error:
-        return not _is_gone(error)
+        return not isinstance(error, (FileNotFoundError, NotADirectoryError))
     return True
-
-
-def in_line(path):
-    """Text of a path, on one line whatever is in its name."""
-    return str(path) if str(path).isprintable() else repr(str(path))
-
-
-def _is_gone(error):
-    return isinstance(error, (FileNotFoundError, NotADirectoryError))

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tuples as records of a journal, each sealed by a checksum over all that came before it."""
+"""Tuples as records of a journal, each with a checksum over all that came before it."""
 
+from collections.abc import Sequence
 from struct import Struct
-from typing import get_type_hints
+from typing import Any, get_type_hints
 from zlib import crc32
 
 CODES = {int: 'q', float: 'd', bool: '?'}
-SEAL = Struct('<I')
+CHECKSUM = Struct('<I')
 
 
 class DamagedError(ValueError):
@@ -17,70 +18,60 @@ class JournalCodec:
     """
     Writes tuples of numbers as bytes, and reads them back.
 
-    A record is the index of its kind (1 byte), its fields (8 bytes a number, 1 a truth) and a
-    CRC-32 of them and of all records before, so none can be changed, left out or moved unseen.
+    A record is the index of its kind (1 byte), its fields (8 bytes a number, 1 a bool) and a
+    CRC-32 of them and of all records before. A change, a gap and another order are all detected.
 
     Parameters
     ----------
-    kinds: the NamedTuples that there are.
+    kinds: the NamedTuples that can be written.
     seed: bytes that the first checksum begins with.
 
     """
 
-    def __init__(self, kinds, seed):
+    def __init__(self, kinds: Sequence[type[Any]], seed: bytes) -> None:
         self._kinds, self._sum = kinds, crc32(seed)
-        self._structs = [_struct_of(kind) for kind in kinds]
-        self._index = {kind: (number, struct.pack)
-                       for number, (kind, struct) in enumerate(zip(kinds, self._structs))}
+        self._structs = [
+            Struct('<B' + ''.join(CODES[hint] for hint in get_type_hints(kind).values()))
+            for kind in kinds]
+        self._packers = {kind: (index, struct.pack)
+                         for index, (kind, struct) in enumerate(zip(kinds, self._structs))}
 
-    def pack(self, msg):
+    def pack(self, entry: tuple[Any, ...]) -> bytes:
         """Return the bytes of the next record."""
-        number, pack = self._index[type(msg)]
-        content = pack(number, *msg)
+        index, pack = self._packers[type(entry)]
+        content = pack(index, *entry)
         self._sum = crc32(content, self._sum)
-        return content + SEAL.pack(self._sum)
+        return content + CHECKSUM.pack(self._sum)
 
-    def unpack(self, content):
+    def unpack(self, content: bytes) -> tuple[list[Any], int]:
         """
         Return the tuples in bytes, and how many of the bytes they take: up to the last whole one.
 
-        What a kill or a loss of power leaves at the end, part of a record, zeros, or both, is left
-        out.
+        A kill or a loss of power can leave part of a record at the end, zeros, or both; that is
+        left out.
 
         Raises
         ------
-        DamagedError: if a whole record does not fit its checksum.
+        DamagedError: if a whole record does not match its checksum.
 
         """
-        told, place, filled = [], 0, len(content.rstrip(b'\0'))
-        while place < len(content):
-            record = self._next(content, place)
-            if record is None:
+        entries: list[Any] = []
+        start, nonzero_size = 0, len(content.rstrip(b'\0'))
+        while start < len(content):
+            index = content[start]
+            if index >= len(self._kinds):
+                raise DamagedError(f'there is no record of kind {index}, at byte {start}')
+            struct = self._structs[index]
+            stop = start + struct.size
+            if len(content) < stop + CHECKSUM.size:
                 break
-            msg, size, seal = record
-            expected = crc32(content[place:place + size], self._sum)
-            if expected != seal and filled < place + size + SEAL.size:
-                break
-            if expected != seal:
-                raise DamagedError(f'record {len(told) + 1} at byte {place} does not fit its '
-                                   'checksum')
+            expected = crc32(content[start:stop], self._sum)
+            if expected != CHECKSUM.unpack_from(content, stop)[0]:
+                if nonzero_size < stop + CHECKSUM.size:
+                    break
+                raise DamagedError(f'record {len(entries) + 1} at byte {start} does not match '
+                                   'its checksum')
+            entries.append(self._kinds[index](*struct.unpack_from(content, start)[1:]))
             self._sum = expected
-            told.append(msg)
-            place += size + SEAL.size
-        return told, place
-
-    def _next(self, content, place):
-        """Return tuple, size and seal of the record at a place; None if it was never finished."""
-        number = content[place]
-        if number >= len(self._kinds):
-            raise DamagedError(f'there is no record of kind {number}, at byte {place}')
-        struct = self._structs[number]
-        rest = content[place:place + struct.size + SEAL.size]
-        if len(rest) < struct.size + SEAL.size:
-            return None
-        return (self._kinds[number](*struct.unpack_from(rest)[1:]), struct.size,
-                SEAL.unpack_from(rest, struct.size)[0])
-
-
-def _struct_of(kind):
-    return Struct('<B' + ''.join(CODES[hint] for hint in get_type_hints(kind).values()))
+            start = stop + CHECKSUM.size
+        return entries, start

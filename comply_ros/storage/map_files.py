@@ -3,31 +3,27 @@
 
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 import yaml
 
 from comply_ros.learner.presets import METHODS
-from comply_ros.storage.bounded_yaml import (
-    BoundedLoader,
-    BoundError,
-    read_text,
-    shown,
-    UnreadableError,
-)
+from comply_ros.storage.bounded_yaml import BoundedLoader, BoundError, read_text, shown
+from comply_ros.storage.file_system import PathError
 from comply_ros.world.grid import FREE, Grid, MapError, OBSTACLE
 
-KEYS = ('intended', 'step_limit', 'rewards', 'starts', 'rows')
-OPTIONAL = ('profiles', 'slips_bump', 'extends')
+REQUIRED_KEYS = ('intended', 'step_limit', 'rewards', 'starts', 'rows')
+KEYS = (*REQUIRED_KEYS, 'profiles', 'slips_bump', 'extends')
 REWARDS = ('step', 'obstacle', 'goal')
 
 
-def map_names():
+def map_names() -> list[str]:
     """Names of the maps that come with the package."""
     found = (Path(entry.name) for entry in files('comply_ros').joinpath('maps').iterdir())
     return sorted(entry.stem for entry in found if entry.suffix == '.yaml')
 
 
-def read_map(name, profile):
+def read_map(name: str, profile: str) -> Grid:
     """
     `Grid` of a map that comes with the package or of a file, with the rewards of a profile.
 
@@ -37,22 +33,22 @@ def read_map(name, profile):
 
     """
     try:
-        return parse_map(_text_of(name), profile)
+        return parse_map(_read_text(name), profile)
     except MapError as error:
         raise MapError(f'map {name!r}: {error}') from None
 
 
-def _text_of(name):
+def _read_text(name: str) -> str:
     if name in map_names():
         return files('comply_ros').joinpath('maps', f'{name}.yaml').read_text()
     try:
         return read_text(name)
-    except UnreadableError as error:
+    except PathError as error:
         raise MapError(f'a map must be one of {", ".join(map_names())} or a readable file '
                        f'({error})') from None
 
 
-def parse_map(text, profile):
+def parse_map(text: str, profile: str) -> Grid:
     """
     `Grid` of a map's YAML text.
 
@@ -61,63 +57,61 @@ def parse_map(text, profile):
     MapError: naming the rule that is broken and the value.
 
     """
-    content = _extended(_parse_yaml(text))
-    _check_keys(content)
-    rows = _rows(content['rows'])
-    step, obstacle, goal = _rewards(content, profile, rows)
-    return Grid(rows=rows, starts=_starts(content['starts'], rows),
+    table = _parse_table(text)
+    for key in table:
+        if key not in KEYS:
+            raise MapError(f'a map has the keys {", ".join(KEYS)}, got {shown(key)}')
+    for key in REQUIRED_KEYS:
+        if key not in table:
+            raise MapError(f'a map needs the key {key!r}')
+    rows = table['rows']
+    if not isinstance(rows, list) or not all(isinstance(row, str) for row in rows):
+        raise MapError(f"rows must be a list of texts such as '..#G', got {shown(rows)}")
+    step, obstacle, goal = _rewards(table, profile)
+    slips_bump = table.get('slips_bump', True)
+    if type(slips_bump) is not bool:
+        raise MapError(f'slips_bump must be true or false, got {shown(slips_bump)}')
+    if type(table['step_limit']) is not int:
+        raise MapError(f'step_limit must be a whole number, got {shown(table["step_limit"])}')
+    return Grid(rows=tuple(rows), starts=_starts(table['starts'], rows),
                 step_reward=step, obstacle_reward=obstacle, goal_reward=goal,
-                intended=_number(content['intended'], 'intended'),
-                step_limit=_whole(content['step_limit'], 'step_limit'),
-                slips_bump=_truth(content.get('slips_bump', True), 'slips_bump'))
+                intended=_number(table['intended'], 'intended'),
+                step_limit=table['step_limit'], slips_bump=slips_bump)
 
 
-def _parse_yaml(text):
+def _parse_table(text: str) -> dict[Any, Any]:
+    """Return the table in a YAML text; keys that it lacks are those of the map that it extends."""
     try:
-        content = yaml.load(text, BoundedLoader)
+        table = yaml.load(text, BoundedLoader)
     except BoundError as error:
-        raise MapError(f'{error.problem} in line {error.problem_mark.line + 1}') from None
+        raise MapError(f'{error.problem} in line {error.line}') from None
     except (yaml.YAMLError, ArithmeticError, ValueError, RecursionError) as error:
         mark = getattr(error, 'problem_mark', None)
         where = f' in line {mark.line + 1}' if mark else ''
         raise MapError(f'a map must be valid YAML, got something else{where}') from None
-    if not isinstance(content, dict):
-        raise MapError(f'a map must be a table of {", ".join(KEYS)}, '
-                       f'got {type(content).__name__}')
-    return content
-
-
-def _extended(content):
-    """Return a table with the keys of the map that it extends, where it has none itself."""
-    name = content.pop('extends', None)
+    if not isinstance(table, dict):
+        raise MapError(f'a map must be a table of {", ".join(REQUIRED_KEYS)}, '
+                       f'got {type(table).__name__}')
+    name = table.pop('extends', None)
     if name is None:
-        return content
+        return table
     if name not in map_names():
         raise MapError(f'extends must name one of {", ".join(map_names())}, got {shown(name)}')
-    return {**_extended(_parse_yaml(_text_of(name))), **content}
+    return {**_parse_table(_read_text(name)), **table}
 
 
-def _check_keys(content):
-    for key in content:
-        if key not in KEYS + OPTIONAL:
-            raise MapError(f'a map has the keys {", ".join(KEYS + OPTIONAL)}, got {shown(key)}')
-    for key in KEYS:
-        if key not in content:
-            raise MapError(f'a map needs the key {key!r}')
-
-
-def _rows(rows):
-    if not isinstance(rows, list) or not all(isinstance(row, str) for row in rows):
-        raise MapError(f"rows must be a list of texts such as '..#G', got {shown(rows)}")
-    return tuple(rows)
-
-
-def _rewards(content, profile, rows):
+def _rewards(table: dict[Any, Any], profile: str) -> list[float]:
+    """Return the rewards of step, obstacle and goal in a profile."""
     if profile not in METHODS:
         raise MapError(f'a profile must be one of {", ".join(METHODS)}, got {shown(profile)}')
-    rewards = {**_table(content['rewards'], 'rewards'),
-               **_profiles(content.get('profiles')).get(profile, {})}
-    if 'obstacle' not in rewards and not any(OBSTACLE in row for row in rows):
+    profiles = table.get('profiles')
+    profiles = {} if profiles is None else profiles
+    if not isinstance(profiles, dict) or not set(profiles) <= set(METHODS):
+        raise MapError(f'profiles must be a table of {", ".join(METHODS)}, got {shown(profiles)}')
+    changes = {name: {} if each is None else _reward_table(each, f'profile {name}')
+               for name, each in profiles.items()}
+    rewards = {**_reward_table(table['rewards'], 'rewards'), **changes.get(profile, {})}
+    if 'obstacle' not in rewards and not any(OBSTACLE in row for row in table['rows']):
         rewards['obstacle'] = rewards.get('step')
     for key in REWARDS:
         if key not in rewards:
@@ -125,28 +119,22 @@ def _rewards(content, profile, rows):
     return [_number(rewards[key], f'reward of {key}') for key in REWARDS]
 
 
-def _profiles(profiles):
-    """Return the changes of rewards of each profile, empty ones as tables."""
-    profiles = {} if profiles is None else profiles
-    if not isinstance(profiles, dict) or not set(profiles) <= set(METHODS):
-        raise MapError(f'profiles must be a table of {", ".join(METHODS)}, got {shown(profiles)}')
-    return {name: {} if changes is None else _table(changes, f'profile {name}')
-            for name, changes in profiles.items()}
-
-
-def _table(rewards, name):
+def _reward_table(rewards: Any, name: str) -> dict[str, Any]:
     if not isinstance(rewards, dict) or not set(rewards) <= set(REWARDS):
         raise MapError(f'{name} must be a table of {", ".join(REWARDS)}, got {shown(rewards)}')
     return rewards
 
 
-def _starts(starts, rows):
+def _starts(starts: Any, rows: list[str]) -> tuple[int, ...]:
+    """Return the states of 'anywhere' or of a list of [x, y]."""
     if not rows:
         return ()
     width, height = len(rows[0]), len(rows)
     if starts == 'anywhere':
         return tuple(s for s, cell in enumerate(''.join(reversed(rows))) if cell == FREE)
-    if not isinstance(starts, list) or not all(_is_a_place(start) for start in starts):
+    if not isinstance(starts, list) or not all(
+            isinstance(start, list) and [type(number) for number in start] == [int, int]
+            for start in starts):
         raise MapError("starts must be 'anywhere' or a list of [x, y], in whole numbers, "
                        f'got {shown(starts)}')
     for x, y in starts:
@@ -156,23 +144,7 @@ def _starts(starts, rows):
     return tuple(y * width + x for x, y in starts)
 
 
-def _is_a_place(start):
-    return isinstance(start, list) and len(start) == 2 and all(type(n) is int for n in start)
-
-
-def _number(value, name):
+def _number(value: Any, name: str) -> float:
     if type(value) not in (int, float):
         raise MapError(f'{name} must be a number, got {shown(value)}')
     return float(value)
-
-
-def _truth(value, name):
-    if type(value) is not bool:
-        raise MapError(f'{name} must be true or false, got {shown(value)}')
-    return value
-
-
-def _whole(value, name):
-    if type(value) is not int:
-        raise MapError(f'{name} must be a whole number, got {shown(value)}')
-    return value

@@ -3,50 +3,51 @@
 
 import fcntl
 import os
+from pathlib import Path
 
-from comply_ros.storage.file_system import is_at
+from comply_ros.storage.file_system import is_same_file
 
 
-class TakenError(OSError):
+class NameTakenError(OSError):
     """Another process holds the name."""
 
 
 class NameLock:
     """
-    Holds `NAME.lock` in a folder, which is made where it is not there, until it is closed.
+    Holds `NAME.lock` in a folder until it is closed; the folder is made where it is missing.
 
     Raises
     ------
-    TakenError: if another holds it.
+    NameTakenError: if another process holds it.
     OSError: if the folder cannot be written.
 
     """
 
-    def __init__(self, folder, name):
-        self._folder, self._name, self._path = folder, name, folder / f'{name}.lock'
-        self._file = self._locked()
+    def __init__(self, folder: Path, name: str) -> None:
+        self._name, self._path = name, folder / f'{name}.lock'
+        self._file: int | None = self._lock()
 
-    def hold_again(self):
-        """Make folder and lock anew if somebody took them away; raises as at the beginning."""
-        if not is_at(self._path, self._file):
-            before, self._file = self._file, self._locked()
+    def renew(self) -> None:
+        """Make folder and lock again if they were removed; raises as the constructor."""
+        before = self._file
+        if before is not None and not is_same_file(self._path, before):
+            self._file = self._lock()
             os.close(before)
 
-    def close(self):
-        """Let others have it."""
+    def close(self) -> None:
+        """Give the name free."""
         file, self._file = self._file, None
         if file is not None:
             os.close(file)
 
-    def _locked(self):
-        self._folder.mkdir(parents=True, exist_ok=True)
+    def _lock(self) -> int:
+        self._path.parent.mkdir(parents=True, exist_ok=True)
         file = os.open(self._path, os.O_RDWR | os.O_CREAT, 0o666)
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError as error:
+        except OSError as error:
             os.close(file)
-            raise TakenError(error.errno, f'another {self._name} uses it') from None
-        except OSError:
-            os.close(file)
+            if isinstance(error, BlockingIOError):
+                raise NameTakenError(error.errno, f'another {self._name} uses it') from None
             raise
         return file

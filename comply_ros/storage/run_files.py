@@ -1,16 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is left of a session: `learning.npz`, `summary.json`, and the numbers in it."""
+"""The files of a training: `learning.npz`, `summary.json`, and the numbers in it."""
 
-from contextlib import contextmanager
 import json
-import os
 from pathlib import Path
 import tempfile
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from comply_ros.learner import metrics
 from comply_ros.learner.confidence import confidence_map
+from comply_ros.learner.learner_config import LearnerConfig
+from comply_ros.learner.learner_state import LearnerState
+from comply_ros.storage.file_system import atomic_write, path_errors, PathError
+from comply_ros.world.planning import ReferenceReturns
 
 FILES = ('summary.json', 'learning.npz', 'learning_curve.png', 'trust_map.png', 'mentor.txt')
 
@@ -19,71 +23,61 @@ class OutputError(ValueError):
     """An output folder that cannot be written; the message names it and the reason."""
 
 
-def prepare_folder(path):
+def prepare_folder(path: str | Path) -> Path:
     """
-    Make a folder to write results to, and return its `Path`.
+    Make a folder for results, and return its `Path`.
 
     Raises
     ------
     OutputError: if it cannot be written.
 
     """
-    folder = Path(path).expanduser()
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
-    except OSError as error:
+        with path_errors():
+            folder = Path(path).expanduser()
+            folder.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=folder):
+                pass
+    except PathError as error:
         raise OutputError(f'an output folder must be writable, got {str(path)!r} '
-                          f'({error.strerror.lower()})') from None
+                          f'({error})') from None
     for name in FILES:
         if (folder / name).is_dir():
             raise OutputError(f'a result must not have the name of a folder, got {folder / name}')
     return folder
 
 
-def save_learning(path, method, memory, advice):
+def save_learning(path: str | Path, method: LearnerConfig, memory: LearnerState,
+                  advice: NDArray[np.int8]) -> None:
     """
-    Write the learner's arrays and `confidence[s]` to an .npz file, aside, then rename it.
+    Write the learner's arrays and `confidence[s]` to an .npz file, as a whole.
 
-    advice: `advice[s]` that the confidence is in, -1 where the mentor has said nothing.
+    advice: `advice[s]` that the confidence is in, -1 where the mentor gave none.
 
     Raises
     ------
-    OSError: if it cannot be written; what was there stays.
+    OSError: if it cannot be written; the file is as before.
 
     """
     path = Path(path).expanduser()
     arrays = memory._asdict()
-    with aside(path) as part, part.open('wb') as file:
+    with atomic_write(path) as part, part.open('wb') as file:
         np.savez_compressed(
             file, **arrays, confidence=confidence_map(method, memory, advice))
 
 
-@contextmanager
-def aside(path):
+def summarize(options: Any, reference: ReferenceReturns, mentor_return: float | None, *,
+              seed: int, returns: list[float], steps: int, wall_seconds: float,
+              digest: str) -> dict[str, Any]:
     """
-    Give a path to write to; when the block has ended well, what is there becomes the file.
+    One training as the table that `summary.json` holds; nothing in it is infinite or nan.
 
-    There is never half a file, and after an error what was there stays.
-    """
-    part = path.with_name(f'{path.name}.{os.getpid()}.part')
-    try:
-        yield part
-        os.replace(part, path)
-    except BaseException:
-        part.unlink(missing_ok=True)
-        raise
-
-
-def summarize(options, reference, mentor_return, *, seed, returns, steps, wall_seconds, digest):
-    """
-    One run as the table that `summary.json` holds; nothing in it is infinite or nan.
-
-    options: the `TrainingOptions` of the session.
-    yardstick: the `ReferenceReturns` of its world.
+    Parameters
+    ----------
+    options: the `TrainingOptions` of the command.
+    reference: of the world.
     mentor_return: exact expected return of the mentor's policy, None without a mentor.
-    seed: of this run.
+    seed: of this training.
     returns: mean return of each iteration; convergence, ratio and regret are of those that learn.
     steps: actions taken.
     wall_seconds: of the learning.
@@ -110,8 +104,8 @@ def summarize(options, reference, mentor_return, *, seed, returns, steps, wall_s
         'final_return': returns[-1], 'digest': digest}
 
 
-def write_json(path, table):
-    """Write a table without infinite numbers and nan, whole or not at all; return the path."""
-    with aside(path) as part:
+def write_json(path: Path, table: dict[str, Any]) -> Path:
+    """Write a table without infinite numbers and nan, as a whole; return the path."""
+    with atomic_write(path) as part:
         part.write_text(json.dumps(table, indent=2, allow_nan=False) + '\n')
     return path

@@ -1,58 +1,69 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a node has been told, kept on disk: a snapshot, and a journal of what came since."""
+"""The state of a node on disk: a checkpoint, and a journal of the messages that came since."""
 
+from collections.abc import Mapping, Sequence
 import errno
 import json
 import os
 from pathlib import Path
 from threading import Event, Lock, Thread
 import time
+from typing import Any
 
-from comply_ros import __version__
-from comply_ros.numerics.jit import source_hash
-from comply_ros.storage.checkpoint import pack_snapshot, SnapshotError, unpack_snapshot
+from comply_ros.storage.bounded_yaml import shown
+from comply_ros.storage.checkpoint import (
+    CheckpointError,
+    pack_checkpoint,
+    unpack_checkpoint,
+    version_problem,
+)
 from comply_ros.storage.file_system import (
-    in_line,
-    is_at,
+    atomic_write,
+    is_same_file,
     may_exist,
-    open_behind,
-    write_names_through,
-    write_through,
+    open_truncated,
+    path_errors,
+    PathError,
+    printable,
+    reason_of,
+    sync_folder,
+    write_synced,
 )
 from comply_ros.storage.journal import DamagedError, JournalCodec
-from comply_ros.storage.name_lock import NameLock, TakenError
-from comply_ros.storage.run_files import aside
+from comply_ros.storage.name_lock import NameLock, NameTakenError
+from comply_ros.storage.versions import FORMAT_VERSION
 
-EVERY = 50_000  # records after which a new snapshot takes the place of the journal
-SYNC = 5.0  # seconds between two times that the disk is told to take what was written
+RECORDS_PER_CHECKPOINT = 50_000  # after so many, a new checkpoint takes the place of the journal
+SYNC_PERIOD = 5.0  # seconds between two syncs of the journal to the disk
 LOSSES = (errno.EIO, errno.ENOSPC, errno.EDQUOT)  # of a sync; others mean that there is none
-HEX = '[0-9a-f]' * 16  # of a digest, in the name of a journal
+DIGEST_LENGTH = 12  # hex digits in the name of a journal; version 0.1.0 deletes those of 16
 
 
 class StateError(ValueError):
-    """A state that cannot be gone on from; the message names the file, the rule and the value."""
+    """A state that cannot be continued; the message names the file, the rule and the value."""
 
 
 class StateStore:
     """
-    Keeps the state of one node in a folder.
+    Keeps the state of one node in a folder, so that it can go on after a kill.
 
-    `NAME.snapshot` is written aside, synced to disk and then renamed. `NAME.DIGEST.journal` holds
-    what was told since the snapshot with that digest: appended before each answer is said, and
-    synced to disk every five seconds.
+    `NAME.checkpoint` holds the whole state; it is replaced as a whole and synced to the disk.
+    `NAME.DIGEST.journal` holds the messages since the checkpoint with that digest. A node appends
+    a message before it publishes what follows from it; a sync follows within five seconds.
 
     Parameters
     ----------
-    folder: where.
+    folder: where the files are.
     name: of the node.
-    identity: table of what must be the same for the state to be gone on from.
-    kinds: the NamedTuples of numbers that the node can be told.
+    identity: table of what must be the same for a node to continue the state.
+    kinds: the NamedTuples of numbers that the journal can hold.
 
     Attributes
     ----------
-    written: when the last snapshot was written, in seconds since 1970; None before.
-    size: bytes in the journal.
-    trouble: the OSError with which the disk lost what was written since the snapshot, or None.
+    checkpoint_time: when the last checkpoint was written, in seconds since 1970; None before.
+    journal_bytes: size of the journal.
+    sync_error: the OSError with which the disk lost what was written since the checkpoint, or
+        None.
 
     Raises
     ------
@@ -60,168 +71,171 @@ class StateStore:
 
     """
 
-    def __init__(self, folder, name, identity, kinds):
+    def __init__(self, folder: str | Path, name: str, identity: Mapping[str, Any],
+                 kinds: Sequence[type[Any]]) -> None:
         self._name, self._kinds = name, kinds
-        self._identity = json.loads(json.dumps(
-            {'version': f'{__version__} ({source_hash()[:8]})', **identity}))
-        self._folder, self._lock = _locked(folder, name)
-        self._snapshot = self._folder / f'{name}.snapshot'
-        self._path, self._file, self._records = None, None, None
+        self._identity = json.loads(json.dumps(identity))
+        self._folder, self._lock = _lock(folder, name)
+        self._checkpoint = self._folder / f'{name}.checkpoint'
+        self._journal, self._codec = Path(), JournalCodec(kinds, b'')
+        self._file = -1  # descriptor of the journal; -1 while none is open
         self._unwritten, self._count = b'', 0
-        self.written, self.size, self.trouble = None, 0, None
-        self._ended, self._closing = Event(), Lock()
-        Thread(target=self._sync, daemon=True).start()
+        self.checkpoint_time: float | None = None
+        self.sync_error: OSError | None = None
+        self.journal_bytes = 0
+        self._closed, self._file_lock = Event(), Lock()
+        Thread(target=self._sync_regularly, daemon=True).start()
 
-    def recall(self):
+    def load(self) -> tuple[dict[str, Any], dict[str, Any], list[Any]] | None:
         """
-        Return (facts, arrays, told) that were kept, None where nothing was.
+        Return facts and arrays of the checkpoint, and the journal's entries; None without one.
 
         Raises
         ------
-        StateError: if it cannot be read, is damaged, or is not of this node as it is set now.
+        StateError: if the files cannot be read, are damaged, or belong to another node or version.
 
         """
-        content = _read(self._snapshot)
+        old = self._folder / f'{self._name}.snapshot'
+        if os.path.exists(old):
+            raise self._error(old, version_problem('format', 1, FORMAT_VERSION))
+        content = _read(self._checkpoint)
         if content is None:
             return None
         try:
-            digest, facts, arrays = unpack_snapshot(content)
-        except SnapshotError as error:
-            raise StateError(f'{in_line(self._snapshot)} {error}: move it away to begin '
-                             'anew') from None
-        self._check(facts.pop('identity'))
-        self.written = self._snapshot.stat().st_mtime
-        return facts, arrays, self._recall_journal(digest)
+            digest, facts, arrays = unpack_checkpoint(content)
+        except CheckpointError as error:
+            raise self._error(self._checkpoint, str(error)) from None
+        identity = facts.pop('identity')
+        for name in (*self._identity, *identity):
+            here, there = self._identity.get(name), identity.get(name)
+            if here != there:
+                raise self._error(self._checkpoint, f'was written with {name} {shown(there, 80)}, '
+                                  f'but this node has {shown(here, 80)}')
+        self.checkpoint_time = self._checkpoint.stat().st_mtime
+        return facts, arrays, self._load_journal(digest)
 
-    def begin(self, facts, arrays):
+    def write_checkpoint(self, facts: Mapping[str, Any], arrays: Mapping[str, Any]) -> None:
         """
-        Write a snapshot and begin an empty journal, in a new folder where the old one is gone.
+        Replace checkpoint and journal by this state and an empty journal.
+
+        Where the folder was removed, it is made again.
 
         Raises
         ------
-        OSError: if that cannot be; what was kept stays.
+        OSError: if that cannot be; the files are as before.
 
         """
-        self._lock.hold_again()
-        digest, content = pack_snapshot({**facts, 'identity': self._identity}, arrays)
-        path = self._journal_of(digest)
+        self._lock.renew()
+        digest, content = pack_checkpoint({**facts, 'identity': self._identity}, arrays)
+        path = self._journal_path(digest)
         file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)
         try:
-            with aside(self._snapshot) as part:
-                write_through(part, content)
+            with atomic_write(self._checkpoint) as part:
+                write_synced(part, content)
         except BaseException:
             os.close(file)
             raise
-        self.written, self._unwritten, self._count, self.trouble = time.time(), b'', 0, None
-        self._use(path, file, JournalCodec(self._kinds, digest.encode()), 0)
+        self.checkpoint_time, self.sync_error = time.time(), None
+        self._unwritten, self._count = b'', 0
+        self._use_journal(path, file, JournalCodec(self._kinds, digest.encode()), 0)
 
-    def keep(self, told):
+    def append(self, entries: Sequence[Any]) -> None:
         """
-        Append to the journal.
+        Append messages to the journal.
 
         Raises
         ------
-        OSError: if it cannot, and the next call first writes what is left; or if the disk has
-            lost what was written before, and then only a new snapshot helps.
+        OSError: if they cannot be written, and the next call first writes the rest of them; or if
+            the disk has lost what was written before, and only a new checkpoint helps.
 
         """
-        if self.trouble:
-            raise self.trouble
-        for msg in told:
-            self._unwritten += self._records.pack(msg)
-        self._count += len(told)
+        if self.sync_error:
+            raise self.sync_error
+        for entry in entries:
+            self._unwritten += self._codec.pack(entry)
+        self._count += len(entries)
         while self._unwritten:
             count = os.write(self._file, self._unwritten)
             self._unwritten = self._unwritten[count:]
-            self.size += count
+            self.journal_bytes += count
 
-    def is_due(self):
-        """Tell whether the journal is long enough for a new snapshot."""
-        return self._count >= EVERY
+    def is_checkpoint_due(self) -> bool:
+        """Whether the journal is long enough for a new checkpoint."""
+        return self._count >= RECORDS_PER_CHECKPOINT
 
-    def put_off(self):
-        """Wait for another tenth of a journal before a snapshot is due again."""
-        self._count -= EVERY // 10
+    def postpone_checkpoint(self) -> None:
+        """Let a tenth of a journal pass before a checkpoint is due again."""
+        self._count -= RECORDS_PER_CHECKPOINT // 10
 
-    def is_lost(self):
-        """Tell whether somebody took away what is kept, or put something in its place."""
-        return self._file is not None and not (
-            is_at(self._path, self._file) and may_exist(self._snapshot))
+    def was_removed(self) -> bool:
+        """Whether checkpoint or journal were removed or replaced by somebody else."""
+        return self._file >= 0 and not (
+            is_same_file(self._journal, self._file) and may_exist(self._checkpoint))
 
-    def close(self):
-        """Sync and close the files; the state can be gone on from elsewhere."""
-        self._ended.set()
-        self._sync_once()
-        with self._closing:
-            file, self._file = self._file, None
-        if file is not None:
+    def sync(self) -> None:
+        """Sync the journal to the disk; an error that means a loss is in `sync_error`."""
+        with self._file_lock:
+            if self._file >= 0:
+                self._try_sync(lambda: os.fdatasync(self._file))
+
+    def close(self) -> None:
+        """Sync and close the files; another store can continue the state."""
+        self._closed.set()
+        self.sync()
+        with self._file_lock:
+            file, self._file = self._file, -1
+        if file >= 0:
             os.close(file)
         self._lock.close()
 
-    def _recall_journal(self, digest):
-        """Return what is in the journal of a snapshot; open it behind the last whole record."""
-        path, records = self._journal_of(digest), JournalCodec(self._kinds, digest.encode())
+    def _load_journal(self, digest: str) -> list[Any]:
+        """Return the entries of a checkpoint's journal; open it after the last whole record."""
+        path, codec = self._journal_path(digest), JournalCodec(self._kinds, digest.encode())
         try:
-            told, end = records.unpack(_read(path) or b'')
-            self._use(path, open_behind(path, end), records, end)
+            entries, end = codec.unpack(_read(path) or b'')
+            self._use_journal(path, open_truncated(path, end), codec, end)
         except DamagedError as error:
-            raise StateError(f'{in_line(path)} must be a journal as it was written, and is '
-                             f'damaged: {error}: move {self._name}.* away to begin anew') from None
+            raise self._error(path, f'must be as it was written, but {error}') from None
         except OSError as error:
-            raise StateError(f'{in_line(path)} must be a journal that can be written '
-                             f'({error.strerror.lower()})') from None
-        self._count = len(told)
-        return told
+            raise StateError(f'{printable(path)} must be a journal that can be written '
+                             f'({reason_of(error)})') from None
+        self._count = len(entries)
+        return entries
 
-    def _use(self, path, file, records, size):
-        """Append to this journal from now on, and delete what was there before; raises OSError."""
-        with self._closing:
+    def _use_journal(self, path: Path, file: int, codec: JournalCodec, size: int) -> None:
+        """Append to this journal from now on, and delete older files; raises OSError."""
+        with self._file_lock:
             before, self._file = self._file, file
-        self._path, self._records, self.size = path, records, size
-        if before is not None:
+        self._journal, self._codec, self.journal_bytes = path, codec, size
+        if before >= 0:
             os.close(before)
-        self._sync_names()
-        for other in (*self._folder.glob(f'{self._name}.{HEX}.journal'),
-                      *self._folder.glob(f'{self._name}.snapshot.*.part')):  # left by a kill
+        self._try_sync(lambda: sync_folder(self._folder))  # new names, before the old ones go
+        for other in (*self._folder.glob(f'{self._name}.{"[0-9a-f]" * DIGEST_LENGTH}.journal'),
+                      *self._folder.glob(f'{self._name}.checkpoint.*.part')):  # left by a kill
             if other != path:
                 other.unlink(missing_ok=True)
 
-    def _journal_of(self, digest):
-        return self._folder / f'{self._name}.{digest[:16]}.journal'
+    def _journal_path(self, digest: str) -> Path:
+        return self._folder / f'{self._name}.{digest[:DIGEST_LENGTH]}.journal'
 
-    def _check(self, before):
-        """Return if a state was kept by a node like this one."""
-        for name in (*self._identity, *before):
-            here, there = self._identity.get(name), before.get(name)
-            if here != there:
-                raise StateError(f'{in_line(self._snapshot)} was kept with {name} '
-                                 f'{_short(there)}, and here it is {_short(here)}: give another '
-                                 'state_dir, or move it away to begin anew')
+    def _error(self, path: Path, problem: str) -> StateError:
+        return StateError(f'{printable(path)} {problem}: give another state_dir, or move '
+                          f'{self._name}.* away to start anew')
 
-    def _sync(self):
-        while not self._ended.wait(SYNC):
-            self._sync_once()
+    def _sync_regularly(self) -> None:
+        while not self._closed.wait(SYNC_PERIOD):
+            self.sync()
 
-    def _sync_once(self):
-        """Have the disk take what was written."""
-        with self._closing:
-            if self._file is not None:
-                self._note_losses(lambda: os.fdatasync(self._file))
-
-    def _note_losses(self, sync):
-        """Call a sync and remember what it says to be lost; there are file systems without one."""
+    def _try_sync(self, sync: Any) -> None:
+        """Call a sync and remember a loss that it reports; some file systems have none."""
         try:
             sync()
         except OSError as error:
             if error.errno in LOSSES:
-                self.trouble = error
-
-    def _sync_names(self):
-        """Have the disk take the new names, before the old ones go, where the file system can."""
-        self._note_losses(lambda: write_names_through(self._folder))
+                self.sync_error = error
 
 
-def _locked(folder, name):
+def _lock(folder: str | Path, name: str) -> tuple[Path, NameLock]:
     """
     Return the `Path` of a folder, and the lock of a name in it.
 
@@ -231,22 +245,18 @@ def _locked(folder, name):
 
     """
     try:
-        path = Path(folder).expanduser()
-        return path, NameLock(path, name)
-    except TakenError:
-        raise StateError(f'state_dir {str(folder)!r} is used by another {name} that runs: end it, '
-                         'or give this one another state_dir') from None
-    except OSError as error:
-        reason = error.strerror.lower()
-    except RuntimeError:  # ~USER/
-        reason = 'no such user'
-    except ValueError:  # a NUL, or half of a character
-        reason = 'no folder can have this name'
-    raise StateError(f'state_dir must be a folder that can be written, got {str(folder)!r} '
-                     f'({reason})')
+        with path_errors():
+            path = Path(folder).expanduser()
+            return path, NameLock(path, name)
+    except PathError as error:
+        if isinstance(error.__cause__, NameTakenError):
+            raise StateError(f'state_dir {str(folder)!r} is used by another {name} that runs: end '
+                             'it, or give this one another state_dir') from None
+        raise StateError(f'state_dir must be a folder that can be written, got {str(folder)!r} '
+                         f'({error})') from None
 
 
-def _read(path):
+def _read(path: Path) -> bytes | None:
     """
     Return the bytes of a file, None where there is none.
 
@@ -260,10 +270,5 @@ def _read(path):
     except FileNotFoundError:
         return None
     except OSError as error:
-        raise StateError(f'{in_line(path)} must be a file that can be read '
-                         f'({error.strerror.lower()})') from None
-
-
-def _short(value):
-    text = repr(value)
-    return text if len(text) <= 80 else text[:77] + '...'
+        raise StateError(f'{printable(path)} must be a file that can be read '
+                         f'({reason_of(error)})') from None

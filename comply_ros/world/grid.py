@@ -4,14 +4,16 @@
 from dataclasses import dataclass, fields, InitVar
 from functools import cached_property
 import hashlib
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from comply_ros.world.reachability import reachable
+from comply_ros.world.reachability import can_reach_goal
 
 FREE, OBSTACLE, GOAL = CELLS = '.#G'
 LEFT, RIGHT, DOWN, UP = range(4)
-NO_ACTION = -1  # of a mentor: no advice; of a learner: nothing to do, the episode is over
+NO_ACTION = -1  # of a mentor: no advice; of a learner: the episode is over
 ARROWS = '<>v^'  # ARROWS[action]
 STEPS = ((-1, 0), (1, 0), (0, -1), (0, 1))  # STEPS[action]: (dx, dy), x to the right, y up
 
@@ -20,89 +22,91 @@ LARGEST_REWARD = 1e6
 
 
 class MapError(ValueError):
-    """A map that cannot be a world; the message names the rule and the value."""
+    """A map that breaks a rule; the message names the rule and the value."""
 
 
 @dataclass(frozen=True)
 class Grid:
     """
-    A rectangular grid world.
+    A rectangular grid world; a state is `y * width + x`, with (0, 0) at the lower left.
 
     Parameters
     ----------
     rows: the cells as text, top row first: `.` free, `#` obstacle, `G` goal (terminal).
-    starts: the states in which an episode can begin, equally likely.
-    step_reward: reward of a step onto a free cell (below 0).
-    obstacle_reward: reward of bumping into an obstacle; the agent stays (below 0).
-    goal_reward: reward of reaching the goal.
-    intended: probability that a move goes where it was meant to; otherwise it takes one of
-        the cell's other actions, uniformly.
+    starts: the states in which an episode can start, equally likely.
+    step_reward: of a step onto a free cell (below 0).
+    obstacle_reward: of a step against an obstacle, which leaves the agent where it is (below 0).
+    goal_reward: of a step onto the goal.
+    intended: probability that a move goes where it was meant to; otherwise it becomes one of
+        the cell's other actions, equally likely.
     step_limit: number of steps after which an episode is truncated.
-    slips_bump: whether a move that goes astray can run into an obstacle; if not, it takes one of
-        those other actions that lead to another cell.
-    expected: what `sha256` has to be; None for anything. It is looked at before the ways
-        through the grid are searched, which can take seconds.
-
-    A state is `y * width + x`, (0, 0) at the lower left.
+    slips_bump: whether a slip can run into an obstacle; if not, it becomes one of those other
+        actions that lead to another cell.
+    expected: the value that `sha256` must have, None for any. It is checked before reachability,
+        which can take seconds.
 
     Raises
     ------
-    MapError: with the rule that is broken.
+    MapError: naming the rule that is broken.
 
     """
 
-    rows: tuple
-    starts: tuple
+    rows: tuple[str, ...]
+    starts: tuple[int, ...]
     step_reward: float
     obstacle_reward: float
     goal_reward: float
     intended: float
     step_limit: int
     slips_bump: bool = True
-    expected: InitVar[str] = None
+    expected: InitVar[str | None] = None
 
-    def __post_init__(self, expected):
+    def __post_init__(self, expected: str | None) -> None:
         _check_rows(self.rows)
         _check_numbers(self)
         _check_starts(self)
         if expected not in (None, self.sha256):
             raise MapError(f'sha256 must be that of the world, {self.sha256[:8]}..., '
                            f'got {expected[:8]!r}')
-        _check_ways(self)
+        unreachable = np.flatnonzero(~self.can_reach_goal[np.array(self.starts, dtype=np.int64)])
+        if len(unreachable):
+            x, y = self.place(self.starts[unreachable[0]])
+            raise MapError('the goal must be reachable from every start, '
+                           f'but no way leads there from ({x}, {y})')
 
     @property
-    def width(self):
+    def width(self) -> int:
         """Number of columns."""
         return len(self.rows[0])
 
     @property
-    def height(self):
+    def height(self) -> int:
         """Number of rows."""
         return len(self.rows)
 
     @property
-    def cells(self):
+    def cells(self) -> str:
         """All cells in the order of the states: `cells[s]` is the character of state s."""
         return ''.join(reversed(self.rows))
 
     @property
-    def sha256(self):
-        """SHA-256 (hex) of everything above: equal hashes mean equal worlds."""
+    def sha256(self) -> str:
+        """SHA-256 (hex) of all fields: equal hashes mean equal worlds."""
         parts = [f'{f.name}={getattr(self, f.name)!r}' for f in fields(self)]
         return hashlib.sha256('\n'.join(parts).encode()).hexdigest()
 
     @cached_property
-    def arriving(self):
-        """`arriving[s]`, bool: whether a goal can be reached from state s; true at goals."""
-        signs = np.frombuffer(self.cells.encode(), dtype='S1').reshape(self.height, self.width)
-        return reachable(signs == FREE.encode(), signs == GOAL.encode()).ravel()
+    def can_reach_goal(self) -> NDArray[np.bool_]:
+        """`can_reach_goal[s]`: whether a goal can be reached from state s; true at goals."""
+        cells = np.frombuffer(self.cells.encode(), dtype='S1').reshape(self.height, self.width)
+        return can_reach_goal(cells == FREE.encode(), cells == GOAL.encode()).ravel()
 
-    def place(self, s):
-        """Return (x, y) of state s."""
+    def place(self, s: Any) -> tuple[Any, Any]:
+        """Return (x, y) of a state, or of an array of states."""
         return s % self.width, s // self.width
 
 
-def _check_rows(rows):
+def _check_rows(rows: tuple[str, ...]) -> None:
     if not rows or not rows[0]:
         raise MapError('a map needs at least one row of cells, got none')
     for number, row in enumerate(rows, 1):
@@ -120,7 +124,7 @@ def _check_rows(rows):
         raise MapError('a map needs at least one goal G, got none')
 
 
-def _check_numbers(grid):
+def _check_numbers(grid: Grid) -> None:
     for name in ('step_reward', 'obstacle_reward', 'goal_reward', 'intended'):
         if not abs(getattr(grid, name)) <= LARGEST_REWARD:
             raise MapError(f'{name} must be a finite number of at most {LARGEST_REWARD:.0f}, '
@@ -135,13 +139,13 @@ def _check_numbers(grid):
         raise MapError(f'step_limit must lie in [1, 1000000], got {grid.step_limit}')
 
 
-def _check_starts(grid):
+def _check_starts(grid: Grid) -> None:
     if not grid.starts:
         raise MapError('a map needs at least one start, got none')
     cells = grid.cells
     if (min(grid.starts) >= 0 and max(grid.starts) < len(cells)
             and set(map(cells.__getitem__, grid.starts)) == {FREE}):
-        return
+        return  # of a large map the loop below takes long
     for s in grid.starts:
         if not 0 <= s < len(cells):
             raise MapError(f'a start must lie in the grid of {len(cells)} cells, got state {s}')
@@ -149,11 +153,3 @@ def _check_starts(grid):
         if cells[s] != FREE:
             what = 'an obstacle' if cells[s] == OBSTACLE else 'the goal'
             raise MapError(f'a start must be a free cell, but ({x}, {y}) is {what}')
-
-
-def _check_ways(grid):
-    lost = np.flatnonzero(~grid.arriving[np.array(grid.starts, dtype=np.int64)])
-    if len(lost):
-        x, y = grid.place(grid.starts[lost[0]])
-        raise MapError(f'the goal must be in reach of every start, '
-                       f'but no way leads there from ({x}, {y})')

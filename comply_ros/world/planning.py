@@ -1,45 +1,47 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What follows from a known world: optimal values, and the exact value of a policy."""
+"""Dynamic programming in a known world: optimal values, and the exact value of a policy."""
+
+from collections.abc import Iterator, Sequence
+from itertools import islice
 
 import numpy as np
+from numpy.typing import NDArray
 
 from comply_ros.world.grid import NO_ACTION
-from comply_ros.world.value_iteration_jit import can_be_compiled, settled_values
+from comply_ros.world.mdp import World
+from comply_ros.world.value_iteration_jit import compiled_value_iteration, has_compiler
 
-TOLERANCE = 1e-10  # largest change of a value in the last sweep of value iteration
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+Policy = NDArray[np.int8]
+
+TOLERANCE = 1e-10  # value iteration ends when no value changes by so much in a sweep
 MOST_SWEEPS = 100_000
-MANY = 10_000  # states for which it is worth the while to load the compiler
+LARGE = 10_000  # states of a world for which loading the compiler pays
 STOP_SHARE = 0.001  # of the first change: the delta of (2.23) in the report
 
 
 class PlanningError(ArithmeticError):
-    """Value iteration that does not settle."""
+    """Value iteration does not settle."""
 
 
-def action_values(world, values, discount=1.0):
-    """
-    `q[s, a]` one step ahead of `values[s]` (2.12); -inf where the cell has no such action.
-
-    The other moves that it can become share the rest of the probability: (2.22), (3.4).
-    """
+def action_values(world: World, values: Floats, discount: float = 1.0) -> Floats:
+    """`q[s, a]` one step ahead of `values[s]` (2.12); -inf where the cell has no such action."""
     outcome = np.where(world.available, world.reward + discount * values[world.successor], 0.0)
-    return np.where(world.available, astray(world, outcome, outcome), -np.inf)
-
-
-def astray(world, meant, others):
-    """
-    Return `mean[s, a]` of what happens if a is meant: `meant[s, a]`, or by a slip `others[s, b]`.
-
-    Where a move cannot go astray it is always as meant.
-    """
     slips, intended = world.slips, world.grid.intended
-    total = np.where(slips, others, 0.0).sum(axis=1, keepdims=True) - np.where(slips, others, 0.0)
-    count = slips.sum(axis=1, keepdims=True) - slips
-    slipped = total / np.maximum(count, 1)
-    return np.where(count > 0, intended * meant + (1.0 - intended) * slipped, meant)
+    slipped = np.where(slips, outcome, 0.0)
+    count = _slip_counts(slips)
+    mean = (slipped.sum(axis=1, keepdims=True) - slipped) / np.maximum(count, 1)
+    q = np.where(count > 0, intended * outcome + (1.0 - intended) * mean, outcome)
+    return np.where(world.available, q, -np.inf)
 
 
-def value_iteration(world, discount=1.0):
+def _slip_counts(slips: Bools) -> NDArray[np.int64]:
+    """Return `count[s, a]` of the moves that action a can become by a slip (2.22), (3.4)."""
+    return slips.sum(axis=1, keepdims=True) - slips
+
+
+def value_iteration(world: World, discount: float = 1.0) -> Iterator[tuple[Floats, float]]:
     """Yield `v[s]` and the largest change of a value, sweep after sweep (2.14), without end."""
     values, free = np.zeros(len(world.terminal)), world.free
     while True:
@@ -49,7 +51,7 @@ def value_iteration(world, discount=1.0):
         yield values, change
 
 
-def optimal_values(world, discount=1.0):
+def optimal_values(world: World, discount: float = 1.0) -> Floats:
     """
     `v[s]` of the optimal policy, by value iteration (2.14); 0 in terminal and obstacle cells.
 
@@ -61,25 +63,19 @@ def optimal_values(world, discount=1.0):
     PlanningError: if the values still change after 100,000 sweeps.
 
     """
-    if len(world.free) >= MANY and can_be_compiled():
-        values, change = settled_values(world, discount, TOLERANCE, MOST_SWEEPS)
+    if len(world.free) >= LARGE and has_compiler():
+        values, change = compiled_value_iteration(world, discount, TOLERANCE, MOST_SWEEPS)
     else:
-        values, change = _first_settled(value_iteration(world, discount))
+        for values, change in islice(value_iteration(world, discount), MOST_SWEEPS):
+            if change < TOLERANCE:
+                break
     if change < TOLERANCE:
         return values
     raise PlanningError(f'value iteration must settle within {MOST_SWEEPS} sweeps, '
                         f'but a value still changes by {change:.2g}')
 
 
-def _first_settled(iteration):
-    """Return values and change of the first sweep that settles, or of the last one allowed."""
-    for _, (values, change) in zip(range(MOST_SWEEPS), iteration):
-        if change < TOLERANCE:
-            break
-    return values, change
-
-
-def sweeps_until(share, changes):
+def sweeps_until(share: float, changes: Sequence[float]) -> int | None:
     """
     Return the sweeps after which value iteration stops by (2.23), or None.
 
@@ -92,60 +88,55 @@ def sweeps_until(share, changes):
     return None
 
 
-def greedy(q, free):
-    """`policy[s]`, int8: the first best action (2.13), (3.5); -1 where there is nothing to do."""
+def greedy(q: Floats, free: Bools) -> Policy:
+    """`policy[s]`: the first best action (2.13), (3.5); -1 where nobody can act."""
     return np.where(free, q.argmax(axis=1), NO_ACTION).astype(np.int8)
 
 
-def state_values(q, free):
-    """`v[s]`, float64: of the best action in state s; 0 where there is nothing to do."""
+def state_values(q: Floats, free: Bools) -> Floats:
+    """`v[s]` of the best action in state s; 0 where nobody can act."""
     return np.where(free, q.max(axis=1), 0.0)
 
 
-def optimal_policy(world):
-    """`policy[s]`, int8: greedy towards the optimal values, discount 1."""
+def optimal_policy(world: World) -> Policy:
+    """`policy[s]`: greedy towards the optimal values, discount 1."""
     return greedy(action_values(world, optimal_values(world)), world.free)
 
 
-def uniform_probabilities(world):
+def uniform_probabilities(world: World) -> Floats:
     """`pi[s, a]` of the random policy: every action that the cell has, equally likely."""
     return world.available / world.available.sum(axis=1, keepdims=True)
 
 
-def probabilities(world, policy):
-    """`pi[s, a]` of `policy[s]`; where it says nothing (-1), every action is equally likely."""
+def policy_probabilities(world: World, policy: Policy) -> Floats:
+    """`pi[s, a]` of `policy[s]`; without advice (-1), every action is equally likely."""
     certain = policy[:, None] == np.arange(4)
-    silent = (policy == NO_ACTION)[:, None]
-    return np.where(silent, uniform_probabilities(world), certain)
+    is_silent = (policy == NO_ACTION)[:, None]
+    return np.where(is_silent, uniform_probabilities(world), certain)
 
 
-def chances(world, pi):
-    """`chance[s, b]` that move b really happens under `pi[s, a]`; 0 where nobody can act."""
-    slips, intended = world.slips, world.grid.intended
-    count = slips.sum(axis=1, keepdims=True) - slips
-    kept = np.where(count > 0, intended * pi, pi)
-    leaving = np.where(count > 0, (1.0 - intended) * pi / np.maximum(count, 1), 0.0)
-    arriving = slips * (leaving.sum(axis=1, keepdims=True) - leaving)
-    return np.where(world.free[:, None], kept + arriving, 0.0)
-
-
-def values_of(world, pi):
+def policy_values(world: World, pi: Floats) -> Floats:
     """
     `v[s]`: exact expected return of `pi[s, a]` from s, undiscounted, over the step limit.
 
     Policy evaluation (2.11), one sweep a step: nothing is sampled.
     """
-    chance = chances(world, pi)
-    earned = (chance * world.reward).sum(axis=1)
+    slips, intended = world.slips, world.grid.intended
+    count = _slip_counts(slips)
+    as_meant = np.where(count > 0, intended * pi, pi)
+    slipping = np.where(count > 0, (1.0 - intended) * pi / np.maximum(count, 1), 0.0)
+    slipped = slips * (slipping.sum(axis=1, keepdims=True) - slipping)
+    happens = np.where(world.free[:, None], as_meant + slipped, 0.0)  # P(move b | s), [s, b]
+    earned = (happens * world.reward).sum(axis=1)
     values = np.zeros(len(earned))
     for _ in range(world.grid.step_limit):
-        values = earned + np.einsum('sb,sb->s', chance, values[world.successor])
+        values = earned + np.einsum('sb,sb->s', happens, values[world.successor])
     return values
 
 
-def expected_return(world, pi):
-    """Exact expected return of `pi[s, a]` from the starts, as in `values_of`."""
-    return float(values_of(world, pi)[world.starts].mean())
+def expected_return(world: World, pi: Floats) -> float:
+    """Exact expected return of `pi[s, a]` from the starts, as in `policy_values`."""
+    return float(policy_values(world, pi)[world.starts].mean())
 
 
 class ReferenceReturns:
@@ -154,20 +145,21 @@ class ReferenceReturns:
 
     Attributes
     ----------
+    world: the `World`.
     optimal_return, random_return: exact expected returns from the starts over the step limit.
 
     """
 
-    def __init__(self, world):
+    def __init__(self, world: World) -> None:
         self.world = world
-        self.optimal_return = expected_return(world, probabilities(world, optimal_policy(world)))
+        self.optimal_return = self.return_of(optimal_policy(world))
         self.random_return = expected_return(world, uniform_probabilities(world))
 
-    def return_of(self, policy):
+    def return_of(self, policy: Policy) -> float:
         """Exact expected return of `policy[s]`."""
-        return expected_return(self.world, probabilities(self.world, policy))
+        return expected_return(self.world, policy_probabilities(self.world, policy))
 
-    def optimality(self, policy_return):
+    def optimality(self, policy_return: float) -> float | None:
         """
         Level of a return: 0 for the random policy, 1 for the optimal one (section 4.3.1).
 

@@ -1,61 +1,50 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From which cells a way leads to a goal, in a time that does not grow with the ways' length."""
+"""The cells from which a goal can be reached, in a time that does not grow with the distance."""
 
 import numpy as np
+from numpy.typing import NDArray
+
+Cells = NDArray[np.bool_]  # [y, x]
 
 
-def reachable(free, goal):
+def can_reach_goal(free: Cells, goal: Cells) -> Cells:
     """
-    `reachable[y, x]`, bool: from where a goal can be reached over free cells; true at goals.
+    `found[y, x]`: whether a goal can be reached over free cells; true at goals.
 
-    Free cells beside each other in a row are one run; runs are joined where they touch.
-
-    Parameters
-    ----------
-    free, goal: `[y, x]`, bool.
-
+    Free cells next to each other in a row form one segment; segments are joined where they touch.
     """
-    run = np.cumsum(_begins(free)).reshape(free.shape) - 1  # run[y, x], where free
+    is_first = free.copy()
+    is_first[:, 1:] &= ~free[:, :-1]
+    segment = np.cumsum(is_first).reshape(free.shape) - 1  # segment[y, x], where free
     touch = free[1:] & free[:-1]
-    root = connected_components(int(run[-1, -1]) + 1, run[1:][touch], run[:-1][touch])
-    beside = root[run[free & _neighbours(goal)]]
-    arrives = np.zeros(len(root), dtype=bool)
-    arrives[beside] = True
+    root = connected_components(
+        int(segment[-1, -1]) + 1, segment[1:][touch], segment[:-1][touch])
+    beside_goal = np.zeros_like(goal)
+    beside_goal[:, 1:] |= goal[:, :-1]
+    beside_goal[:, :-1] |= goal[:, 1:]
+    beside_goal[1:] |= goal[:-1]
+    beside_goal[:-1] |= goal[1:]
+    has_goal = np.zeros(len(root), dtype=bool)
+    has_goal[root[segment[free & beside_goal]]] = True
     found = goal.copy()
-    found[free] = arrives[root[run[free]]]
+    found[free] = has_goal[root[segment[free]]]
     return found
 
 
-def connected_components(count, one, other):
+def connected_components(count: int, one: NDArray[np.int64],
+                         other: NDArray[np.int64]) -> NDArray[np.int64]:
     """
-    `root[i]` of so many things: equal where pairs `one[k]`, `other[k]` connect them.
+    `root[i]` of so many nodes: equal where the pairs `one[k]`, `other[k]` connect them.
 
     In every round each root joins the lowest one beside it; two rounds halve their number.
     """
     root = np.arange(count)
     while True:
         one, other = root[one], root[other]
-        apart = one != other
-        if not apart.any():
+        differ = one != other
+        if not differ.any():
             return root
-        one, other = one[apart], other[apart]
+        one, other = one[differ], other[differ]
         np.minimum.at(root, np.maximum(one, other), np.minimum(one, other))
         while (root[root] != root).any():
             root = root[root]
-
-
-def _begins(free):
-    """Tell where a free cell has none to its left."""
-    begins = free.copy()
-    begins[:, 1:] &= ~free[:, :-1]
-    return begins
-
-
-def _neighbours(goal):
-    """Tell where a goal is to the left or right, below or above."""
-    beside = np.zeros_like(goal)
-    beside[:, 1:] |= goal[:, :-1]
-    beside[:, :-1] |= goal[:, 1:]
-    beside[1:] |= goal[:-1]
-    beside[:-1] |= goal[1:]
-    return beside

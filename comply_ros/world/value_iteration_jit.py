@@ -2,40 +2,47 @@
 """Value iteration in machine code: the bits of `value_iteration`, in a fraction of the time."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from comply_ros.numerics.jit import compiled, kernel, run_compiled
 from comply_ros.numerics.q_ops import NOTHING
+from comply_ros.world.mdp import World
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int32]
+Bools = NDArray[np.bool_]
 
 
-def can_be_compiled():
-    """Tell whether there is a compiler; without it, `value_iteration` is faster than this."""
-    return compiled(sweeps) is not sweeps
+def has_compiler() -> bool:
+    """Whether there is a compiler; without one, `value_iteration` is faster than this."""
+    return compiled(sweep_until_settled) is not sweep_until_settled
 
 
-def settled_values(world, discount, tolerance, most):
+def compiled_value_iteration(world: World, discount: float, tolerance: float,
+                             most: int) -> tuple[Floats, float]:
     """
     `v[s]` after value iteration, and the largest change of a value in its last sweep.
 
-    tolerance: it ends with the first sweep in which no value changes by so much. most: sweeps.
+    tolerance: the first sweep in which no value changes by so much is the last. most: sweeps.
     """
     width, states = world.grid.width, len(world.free)
     values, other = np.zeros(states), np.zeros(states)
     changed = np.tile(np.array([width, 0], dtype=np.int32), (world.grid.height + 2, 1))
     changed[1:-1] = 0, width
     number = run_compiled(
-        sweeps, values, other, changed, changed.copy(), most, tolerance, discount,
+        sweep_until_settled, values, other, changed, changed.copy(), most, tolerance, discount,
         float(world.grid.intended), width, world.successor, world.reward, world.slips,
         world.free, plain_runs(world))
     newest = other if number % 2 else values
     return newest, float(np.abs(other - values).max())
 
 
-def plain_runs(world):
+def plain_runs(world: World) -> Integers:
     """
-    `ends[s]`, int32: the first state from s on that is not plain.
+    `ends[s]`: the first state from s on that is not plain.
 
-    A state is plain where every action leads to another cell, may go astray, and earns the same
-    `step_reward`: most states of a large map, and they stand in rows.
+    A state is plain where every action leads to another cell, can be a slip, and earns the same
+    `step_reward`: most states of a large map, and they stand next to each other in rows.
     """
     states = np.arange(len(world.free), dtype=np.int32)
     plain = (world.free & world.slips.all(axis=1)
@@ -45,19 +52,21 @@ def plain_runs(world):
 
 
 @kernel
-def sweeps(values, other, changed, change, most, tolerance, discount, intended, width,
-           successor, reward, slips, free, ends):
+def sweep_until_settled(values: Floats, other: Floats, changed: Integers, change: Integers,
+                        most: int, tolerance: float, discount: float, intended: float,
+                        width: int, successor: Integers, reward: Floats, slips: Bools,
+                        free: Bools, ends: Integers) -> int:
     """
     Change values by sweeps of value iteration (2.14) until none changes by the tolerance.
 
     Return how many sweeps it took, at most `most`; after an odd number `other[s]` has the newest.
-    What no sweep can change is not computed: the change of a state needs one of a neighbour.
+    A value is computed only where a neighbour's value has changed in the sweep before.
 
     Parameters
     ----------
     values, other: `v[s]`, both 0.
-    changed, change: int32, room for the first and last column + 1 in which each row has changed,
-        and will; a row of (width, 0) before the first row and behind the last.
+    changed, change: room for the first and last column + 1 of the changes of each row, in the
+        last sweep and in this one; a row of (width, 0) before the first row and after the last.
     ends: see `plain_runs`.
 
     """
@@ -88,8 +97,9 @@ def sweeps(values, other, changed, change, most, tolerance, discount, intended, 
 
 
 @kernel
-def update(begin, end, values, other, discount, intended, width, successor, reward, slips, free,
-           ends):
+def update(begin: int, end: int, values: Floats, other: Floats, discount: float, intended: float,
+           width: int, successor: Integers, reward: Floats, slips: Bools, free: Bools,
+           ends: Integers) -> None:
     """Change other[s] from begin to end into the best values one step ahead of `values[s]`."""
     s = begin
     while s < end:
@@ -104,7 +114,8 @@ def update(begin, end, values, other, discount, intended, width, successor, rewa
 
 
 @kernel
-def update_plain(begin, end, values, other, discount, intended, width, earned):
+def update_plain(begin: int, end: int, values: Floats, other: Floats, discount: float,
+                 intended: float, width: int, earned: float) -> None:
     """Change other[s] from begin to end, all plain: a loop without a branch."""
     for s in range(begin, end):
         left = earned + discount * values[s - 1]
@@ -119,7 +130,8 @@ def update_plain(begin, end, values, other, discount, intended, width, earned):
 
 
 @kernel
-def best_value(s, values, discount, intended, successor, reward, slips):
+def best_value(s: int, values: Floats, discount: float, intended: float, successor: Integers,
+               reward: Floats, slips: Bools) -> float:
     """Highest value of an action in state s, one step ahead of `values[s]` (2.12), (2.22)."""
     total, count, best = 0.0, 0, NOTHING
     for b in range(4):

@@ -9,6 +9,7 @@ import tempfile
 
 from rich.console import Console
 
+from comply_ros.storage.kernel_cache import use_kernel_cache
 from comply_ros.terminal.console import console, progress_bar
 from comply_ros.terminal.training_options import guarded
 from tools.benchmarks import in_process, map_scaling, profile, ros_loop, startup, variants
@@ -41,6 +42,7 @@ def parser():
 def main(argv):
     """Run the command; return the exit code."""
     given = parser().parse_args(argv[1:])
+    use_kernel_cache()
     return guarded('benchmark', (BenchmarkError,), lambda: run(given))
 
 

@@ -9,6 +9,7 @@ import time
 
 from comply_ros.learner.presets import METHODS
 from comply_ros.learner.training import Training
+from comply_ros.storage.kernel_cache import use_kernel_cache
 from comply_ros.storage.map_files import read_map
 from comply_ros.storage.mentor_cache import mentor_policy, read_mentor_spec
 from comply_ros.world.mdp import World
@@ -118,6 +119,7 @@ _here = {}  # of a worker process: its lesson
 
 def _prepare():
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the one that waits for it
+    use_kernel_cache()
     _here['lesson'] = WholeRuns('beta_implicit')
 
 

@@ -14,6 +14,7 @@ from rclpy.signals import SignalHandlerOptions
 from comply_ros.nodes import cost_throttle, spin, topics
 from comply_ros.protocol.grid_world import GridWorld
 from comply_ros.protocol.messages import StateReward
+from comply_ros.storage.kernel_cache import use_kernel_cache
 from comply_ros.terminal.interrupts import end_with_parent, interrupts
 from tools.benchmarks.callback_timer import Stopwatch
 from tools.benchmarks.step_times import Stamps
@@ -70,6 +71,7 @@ def main(argv):
     """Run nodes; return the exit code. argv: name, parent, folder, NODE+NODE,CHOICE, ROS."""
     _, parent, folder, words, *arguments = argv
     end_with_parent(int(parent))
+    use_kernel_cache()
     names, *choices = words.split(',')
     for choice in set(choices) & set(CHOICES):
         CHOICES[choice]()

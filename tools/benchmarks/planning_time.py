@@ -4,6 +4,7 @@
 import sys
 import time
 
+from comply_ros.storage.kernel_cache import use_kernel_cache
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import optimal_values, TOLERANCE, value_iteration
 from tools.benchmarks.sample_maps import room
@@ -34,4 +35,5 @@ def estimate(side, smaller, sweeps):
 
 
 if __name__ == '__main__':
+    use_kernel_cache()
     print(seconds_to_plan(int(sys.argv[1])))

@@ -1,0 +1,9 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The versions of stored files, raised by hand: files of another version are not read."""
+
+# Raise it when what is stored is written in another way: the layout of a checkpoint, a journal, a
+# cached mentor or a result cell, or the names or the meaning of what is in them.
+FORMAT_VERSION = 2
+
+# Raise it when the same inputs give other bits: then test/test_golden_digests.py fails.
+ALGORITHM_VERSION = 1
