@@ -36,7 +36,7 @@ def test_compiled_code_is_kept_by_the_state_of_the_sources(tmp_path, monkeypatch
 def test_a_spoiled_cache_is_made_anew(tmp_path, monkeypatch):
     monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path))
     train = ('from test_training import trained;'
-             'print(trained("sarsa", "report", iterations=1)[0].memory.digest())')
+             'print(trained("sarsa", "report", iterations=1)[0].state.digest())')
     msg = set()
     for spoil in (None, b'', b'spoiled'):
         for path in tmp_path.rglob('*.nb?'):
