@@ -198,7 +198,8 @@ class RunTracker:
         episode, step = self.answered = msg.episode, msg.step
         self.answered_state, self.left_to_others, self.late = msg.state, 0, None
         self.episode_ended = msg.terminated or msg.truncated
-        regular = not (self._held or self._doubted or self.gap_allowed or self.inactive)
+        regular = not (self._held or self._doubted or self.gap_allowed or self.inactive
+                       or self._left > self.answered)
         self.expected = (msg.run, episode, step + 1) if regular and not self.episode_ended else None
 
     def allow_gap(self) -> None:
