@@ -215,8 +215,9 @@ class RunTracker:
     def is_usual_step(self, msg: StateReward) -> bool:
         """Tell whether an observation with the expected step id is possible in this world."""
         last, s, successor = self.answered_state, msg.state, self._successor
-        return ((successor[last, 0] == s or successor[last, 1] == s or successor[last, 2] == s
-                 or successor[last, 3] == s)
+        return (s >= 0  # -1 stands for the successor of an action that the state does not have
+                and (successor[last, 0] == s or successor[last, 1] == s
+                     or successor[last, 2] == s or successor[last, 3] == s)
                 and msg.terminated == self._terminal[s]
                 and msg.truncated == (msg.step == self._step_limit and not msg.terminated)
                 and isfinite(msg.reward))
