@@ -40,11 +40,11 @@ def test_no_advice_costs_nothing():
 def test_a_mentor_advises_where_the_learner_took_another_action_the_last_time():
     mentor = AdviceBudget(room(), RIGHTS, budget=1, when='mistakes')
     assert mentor.advise(3) == -1  # it has not seen the learner there
-    mentor.watch(3, RIGHT)
+    mentor.record_action(3, RIGHT)
     assert mentor.advise(3) == -1
-    mentor.watch(3, UP)
+    mentor.record_action(3, UP)
     assert advice(mentor, 3, 3) == [RIGHT, RIGHT]
-    mentor.watch(4, UP)
+    mentor.record_action(4, UP)
     assert mentor.advise(4) == -1  # the budget is used up
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a step teaches about the mentor: every formula by an example worked by hand."""
+"""Updates of the belief about the mentor: every formula by an example worked by hand."""
 
 import pytest
 from tiny_worlds import Bench, corridor, room
@@ -20,33 +20,34 @@ def test_the_mean_of_a_belief_lies_in_0_to_1(as_run, alpha, beta, p):
 @pytest.mark.parametrize('listened, alpha, beta', [
     (True, 8.2, 2.0),    # 8 + 2 * 2 / 10 * 0.5
     (False, 8.0, 2.8)])  # 2 + 2 * 8 / 10 * 0.5
-def test_beta_belief_learns_from_delta(as_run, listened, alpha, beta):  # (3.9), (4.2)
+def test_the_beta_belief_learns_from_delta(as_run, listened, alpha, beta):  # (3.9), (4.2)
     bench = Bench(room(), trust='beta', trust_rate=2.0)
     a = RIGHT if listened else UP
     bench.update_belief(as_run, a, 0.5)
-    assert bench.memory.belief[4, :2].tolist() == pytest.approx([alpha, beta])
-    assert bench.memory.belief[3, :2].tolist() == [8.0, 2.0]
+    assert bench.state.belief[4, :2].tolist() == pytest.approx([alpha, beta])
+    assert bench.state.belief[3, :2].tolist() == [8.0, 2.0]
 
 
 @pytest.mark.parametrize('delta, alpha', [(0.01, 8.4), (-3.0, 7.6), (0.0, 8.0)])
-def test_published_beta_belief_learns_from_the_sign(as_run, delta, alpha):  # 2 * 2 / 10 * sign
+def test_the_published_beta_belief_learns_from_the_sign_of_delta(as_run, delta, alpha):
+    # 8 + 2 * 2 / 10 * sign
     bench = Bench(room(), trust='beta', trust_rate=2.0, sign_only=True)
     bench.update_belief(as_run, RIGHT, delta)
-    assert bench.memory.belief[4, LISTEN] == pytest.approx(alpha)
+    assert bench.state.belief[4, LISTEN] == pytest.approx(alpha)
 
 
 @pytest.mark.parametrize('bounded, alpha', [(True, 0.0), (False, -12.0)])  # 8 - 2*2/10 * 50
-def test_published_belief_is_cut_at_0_and_the_text_is_not(as_run, bounded, alpha):
+def test_the_published_belief_is_cut_at_0_and_that_of_the_text_is_not(as_run, bounded, alpha):
     bench = Bench(room(), trust='beta', trust_rate=2.0, bounded_belief=bounded)
     bench.update_belief(as_run, RIGHT, -50.0)
-    assert bench.memory.belief[4, :2].tolist() == pytest.approx([alpha, 2.0])
+    assert bench.state.belief[4, :2].tolist() == pytest.approx([alpha, 2.0])
 
 
-def test_a_belief_of_which_nothing_is_left_stays_so(as_run):
+def test_a_belief_of_0_and_0_stays_so(as_run):
     bench = Bench(room(), trust='beta', bounded_belief=True)
-    bench.memory.belief[4] = 0.0
+    bench.state.belief[4] = 0.0
     bench.update_belief(as_run, UP, 5.0)
-    assert bench.memory.belief[4, :2].tolist() == [0.0, 0.0]
+    assert bench.state.belief[4, :2].tolist() == [0.0, 0.0]
     assert bench.confidence(as_run) == 0.0
 
 
@@ -56,13 +57,13 @@ def test_a_belief_of_which_nothing_is_left_stays_so(as_run):
     (UP, False, 1.0, 0.65)])
 def test_explicit_values_follow_the_action_values(as_run, a, both, listen, discard):  # (3.12)
     bench = Bench(room(), trust='explicit', trust_rate=0.1, updates_both=both)
-    bench.memory.q[4] = [1.0, 3.0, 2.0, -1.0]
-    bench.memory.belief[4, :2] = [1.0, 0.5]
+    bench.state.q[4] = [1.0, 3.0, 2.0, -1.0]
+    bench.state.belief[4, :2] = [1.0, 0.5]
     bench.update_belief(as_run, a, 7.0)
-    assert bench.memory.belief[4, :2].tolist() == pytest.approx([listen, discard])
+    assert bench.state.belief[4, :2].tolist() == pytest.approx([listen, discard])
 
 
-def test_in_a_dead_end_there_is_nothing_to_discard_for(as_run):
+def test_in_a_dead_end_the_value_of_discarding_stays(as_run):
     bench = Bench(corridor(), trust='explicit', trust_rate=0.1, belief_discard=0.5)
     bench.update_belief(as_run, RIGHT, 1.0, s=0)
-    assert bench.memory.belief[0, DISCARD] == 0.5
+    assert bench.state.belief[0, DISCARD] == 0.5

@@ -9,15 +9,14 @@ from tiny_worlds import Bench, room
 
 from comply_ros.learner import confidence
 from comply_ros.learner.confidence import confidence_map, listen_temperature, sigmoid
-from comply_ros.learner.learner_state import CONFIDENCE
 from comply_ros.learner.presets import listening_lead
-from comply_ros.world.grid import DOWN, RIGHT
+from comply_ros.world.grid import DOWN, RIGHT, UP
 
 
 def test_scheduled_trust_is_the_same_everywhere(as_run):  # (3.2), (3.6)
     bench = Bench(room(), trust='scheduled', confidence=0.9)
     assert bench.confidence(as_run) == 0.9
-    bench.memory.schedule[CONFIDENCE] = 0.891
+    bench.state.confidence[0] = 0.891
     assert bench.confidence(as_run) == 0.891
 
 
@@ -26,22 +25,22 @@ def test_beta_trust_is_the_mean_of_the_belief(as_run):  # (3.7), section 4.1.1: 
     assert bench.confidence(as_run) == 0.8
 
 
-@pytest.mark.parametrize('arrivals, p', [
+@pytest.mark.parametrize('departures, p', [
     (1.0, 0.8807970779778823),  # sigmoid((2 - 1) / 0.5)
     (2.0, 0.9492216)])          # the temperature is 0.5 / 2^0.55 = 0.3415101: sigmoid(2.9281712)
-def test_explicit_trust_compares_listening_with_discarding(as_run, arrivals, p):  # (3.11)
+def test_explicit_trust_compares_listening_with_discarding(as_run, departures, p):  # (3.11)
     bench = Bench(room(), trust='explicit', trust_rate=0.1, belief_listen=2.0, belief_discard=1.0)
-    bench.memory.arrivals[4] = arrivals
+    bench.state.departures[4] = departures
     assert bench.confidence(as_run) == pytest.approx(p, abs=1e-7)
 
 
 def test_the_temperature_of_listening_falls_with_the_visits(as_run):
-    numbers = Bench(room(), listen_temperature=0.5).numbers
-    assert as_run(listen_temperature)(1.0, numbers) == 0.5
-    assert as_run(listen_temperature)(2.0, numbers) == pytest.approx(0.3415101, abs=1e-7)
+    config = Bench(room(), listen_temperature=0.5).kernel_config
+    assert as_run(listen_temperature)(1.0, config) == 0.5
+    assert as_run(listen_temperature)(2.0, config) == pytest.approx(0.3415101, abs=1e-7)
 
 
-def test_who_trusts_nobody_has_no_confidence(as_run):
+def test_a_learner_without_trust_has_no_confidence(as_run):
     assert Bench(room()).confidence(as_run) == 0.0
 
 
@@ -55,16 +54,53 @@ def test_the_sigmoid_never_overflows(as_run, x):
     assert as_run(sigmoid)(x) == pytest.approx(0.5 * (1.0 + math.tanh(x / 2.0)), abs=1e-12)
 
 
-def test_confidences_are_those_of_every_state():
+def test_policy_reuse_fades_within_an_episode(as_run):  # 0.8 * 0.5^3
+    bench = Bench(room(), trust='scheduled', confidence=0.8, reuse_factor=0.5)
+    assert [bench.confidence(as_run, step=step) for step in (0, 1, 3)] == [0.8, 0.4, 0.1]
+
+
+def test_policy_shaping_multiplies_the_softmax_by_the_odds_of_right_advice(as_run):
+    # q (1, 2, -inf, 0), temperature 0.5: weights e^-2, 1, 0, e^-4 = 0.1353353, 1, 0, 0.0183156.
+    # RIGHT: 0.9 * 1 / (0.9 * 1 + 0.1 * 0.1536509);
+    # UP: 0.9 * 0.0183156 / (0.9 * 0.0183156 + 0.1 * 1.1353353)
+    bench = Bench(room(), trust='shaping', confidence=0.9, temperature=0.5)
+    bench.state.q[4] = [1.0, 2.0, -np.inf, 0.0]
+    assert bench.confidence(as_run, advice=RIGHT) == pytest.approx(0.9832143, abs=1e-6)
+    assert bench.confidence(as_run, advice=UP) == pytest.approx(0.1267834, abs=1e-7)
+
+
+def test_policy_shaping_never_divides_0_by_0(as_run):
+    bench = Bench(room(), trust='shaping', confidence=1.0, temperature=1e-9)
+    bench.state.q[4] = [1.0, 2.0, -np.inf, 0.0]
+    assert bench.confidence(as_run, advice=UP) == 0.0
+
+
+def test_advice_that_is_right_half_of_the_time_leaves_the_softmax_as_it_is(as_run):
+    """With consistency 1/2, following or not is the same draw as the softmax's own."""
+    bench = Bench(room(), trust='shaping', confidence=0.5, temperature=0.5, excludes_refused=True)
+    bench.state.q[4] = [1.0, 2.0, 1.5, 0.0]
+    weights = np.exp(bench.state.q[4] / 0.5)
+    assert bench.confidence(as_run, advice=UP) == pytest.approx(weights[UP] / weights.sum())
+
+
+@pytest.mark.parametrize('stage, step, p', [
+    (0, 39, 1.0), (0, 40, 0.0), (1, 29, 1.0), (1, 30, 0.0), (4, 0, 0.0), (9, 0, 0.0)])
+def test_a_jump_start_guides_the_first_steps(as_run, stage, step, p):  # 40 steps in 4 stages
+    bench = Bench(room(), trust='jump_start', guided_steps=40, guided_stages=4)
+    bench.state.guided_stage[0] = stage
+    assert bench.confidence(as_run, step=step) == p
+
+
+def test_a_confidence_map_has_the_confidence_of_every_state():
     bench = Bench(room(), trust='beta')
-    bench.memory.belief[DOWN, :2] = [1.0, 3.0]
-    p = confidence_map(bench.method, bench.memory, [-1] * 9)
+    bench.state.belief[DOWN, :2] = [1.0, 3.0]
+    p = confidence_map(bench.config, bench.state, [-1] * 9)
     assert p.tolist() == [0.8, 0.8, 0.25] + [0.8] * 6
 
 
-def test_confidences_in_silence_are_0_for_who_weighs_the_advice_itself():
+def test_where_trust_depends_on_the_advice_the_confidence_without_advice_is_0():
     bench = Bench(room(), trust='shaping', confidence=0.9)
-    p = confidence_map(bench.method, bench.memory, [RIGHT] + [-1] * 8)
+    p = confidence_map(bench.config, bench.state, [RIGHT] + [-1] * 8)
     assert p[0] > 0.5 and p[1:].tolist() == [0.0] * 8
 
 
@@ -73,26 +109,27 @@ def test_confidences_in_silence_are_0_for_who_weighs_the_advice_itself():
     {'trust': 'explicit', 'trust_rate': 0.1}, {'trust': 'shaping', 'confidence': 0.9},
     {'trust': 'beta', 'learns_prior': True}, {'trust': 'jump_start'}, {'trust': 'head_start'}],
     ids=str)
-@pytest.mark.parametrize('met', [0.0, 0.5, 1.0])
-def test_confidences_are_what_the_kernel_says_state_by_state(settings, met):
+@pytest.mark.parametrize('share', [0.0, 0.5, 1.0])
+def test_a_confidence_map_is_what_the_kernel_returns_state_by_state(settings, share):
     bench, generator = Bench(room(), **settings), np.random.Generator(np.random.PCG64(1))
-    there = generator.random(9) < met
-    advice = np.where(there, generator.integers(-1, 4, size=9), -1)
-    for array in (bench.memory.belief, bench.memory.visits, bench.memory.arrivals):
-        array[there] += generator.integers(0, 3, size=array[there].shape)
-    bench.memory.arrivals[there & (generator.random(9) < 0.5)] = 1.0
-    silent = settings['trust'] in ('shaping', 'head_start')
-    expected = [0.0 if silent and msg < 0 else bench.confidence(lambda each: each, s, int(msg))
-                for s, msg in enumerate(advice)]
-    assert confidence_map(bench.method, bench.memory, advice).tolist() == expected
+    state, visited = bench.state, generator.random(9) < share
+    advice = np.where(visited, generator.integers(-1, 4, size=9), -1)
+    for array in (state.belief, state.visits, state.departures):
+        array[visited] += generator.integers(0, 3, size=array[visited].shape)
+    state.departures[visited & (generator.random(9) < 0.5)] = 1.0
+    weighs_action = settings['trust'] in ('shaping', 'head_start')
+    expected = [0.0 if weighs_action and action < 0
+                else bench.confidence(lambda kernel: kernel, s, int(action))
+                for s, action in enumerate(advice)]
+    assert confidence_map(bench.config, state, advice).tolist() == expected
 
 
 @pytest.mark.parametrize('trust, most', [('beta', 3), ('explicit', 3), ('scheduled', 1),
                                          ('none', 1), ('shaping', 2), ('head_start', 2)])
-def test_confidences_of_states_that_are_alike_are_computed_once(monkeypatch, trust, most):
+def test_the_confidence_of_states_that_are_alike_is_computed_once(monkeypatch, trust, most):
     bench, computed = Bench(room(), trust=trust, trust_rate=0.1), []
-    bench.memory.belief[[2, 5], 0] += 1.0
+    bench.state.belief[[2, 5], 0] += 1.0
     monkeypatch.setattr(confidence, 'confidence',
                         lambda s, *arguments: computed.append(s) or 0.5)
-    confidence_map(bench.method, bench.memory, [-1, 0, -1, -1, 2, -1, -1, -1, -1])
+    confidence_map(bench.config, bench.state, [-1, 0, -1, -1, 2, -1, -1, -1, -1])
     assert len(computed) == most

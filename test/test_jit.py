@@ -90,7 +90,7 @@ def test_the_next_process_uses_the_compiled_code_and_compiles_again_where_it_is_
         tmp_path, monkeypatch):
     monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path))
     program = (f'{WITH_CACHE}; from test_training import trained;'
-               'print(trained("sarsa", "report", iterations=1)[0].memory.digest())')
+               'print(trained("sarsa", "report", iterations=1)[0].state.digest())')
 
     def digest():
         return subprocess.run([sys.executable, '-c', program], check=True, capture_output=True,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""World, mentor and learner are killed at any moment, and the digest is that of who lived on."""
+"""World, mentor and learner are killed at any moment, and the digest is that without a kill."""
 
 from dataclasses import replace
 import os
@@ -7,13 +7,13 @@ from pathlib import Path
 import random
 from tempfile import TemporaryDirectory
 
+from actor_network import RUN, ShuffledNetwork
 import pytest
-from test_presets import ROWS
-from test_protocol_digests import Table
+from test_presets import PRESETS
 from tiny_worlds import grid
 
+from comply_ros.learner import agent
 from comply_ros.learner.presets import find_method
-from comply_ros.learner.student import Student
 from comply_ros.learner.training import Training
 from comply_ros.mentor.advice_budget import AdviceBudget
 from comply_ros.mentor.mentor_policies import noisy_policy, sparse_policy
@@ -35,265 +35,278 @@ from comply_ros.storage import state_store
 from comply_ros.storage.state_store import StateStore
 from comply_ros.world.mdp import World
 
-SEED, RUN = 4, 7
+SEED = 4
 ROOM = grid('....G', '.##..', '....#', '.....', starts=(0, 4), limit=40)
-LISTENERS = {
+SUBSCRIBERS = {
     WorldDescription: (('mentor', 'on_world'), ('learner', 'on_world')),
     StateReward: (('mentor', 'observe'), ('learner', 'observe')),
     Recommendation: (('learner', 'on_recommendation'),),
     Action: (('world', 'on_action'), ('mentor', 'on_action'))}
-SAYS = {'world': (WorldDescription, StateReward), 'mentor': (Recommendation,),
-        'learner': (Action,)}
-KINDS = {'world': (Action,), 'mentor': (StateReward, Action),
-         'learner': (AnsweredObservation, Recommendation)}
-MOMENTS = ('before it is kept', 'before it is said', 'after it was said')
+PUBLISHES = {'world': (WorldDescription, StateReward), 'mentor': (Recommendation,),
+             'learner': (Action,)}
+JOURNAL = {'world': (Action,), 'mentor': (StateReward, Action),
+           'learner': (AnsweredObservation, Recommendation)}
+BEFORE_JOURNAL, BEFORE_PUBLISHING, AFTER_PUBLISHING = MOMENTS = (
+    'before the journal is written', 'before its outputs are published', 'after that')
 
 
-class MortalTable(Table):
+class MortalNetwork(ShuffledNetwork):
     """
-    A table at which each of the three keeps its state as its node does, and may be killed.
+    A network on which each of the three has a state as its node has, and may be killed.
 
-    What was said last on a topic is latched: who comes back hears it, while its speaker lives.
+    The last message of a topic is latched: a node that comes back receives it while its
+    publisher lives.
+
+    Parameters
+    ----------
+    folder: for the states.
+    rate: probability that the receiver of a message is killed.
+
+    Attributes
+    ----------
+    kills: number of kills so far.
+    moves: (state, action, reward, next state) of every move of the world.
+
     """
 
-    def __init__(self, folder, rate, *arguments, **settings):
+    def __init__(self, folder, rate, config, grid, policy, seed, shuffle, remembers_advice=True,
+                 budget=0, mode='early'):
         self.folder, self.rate, self.kills = folder, rate, 0
-        self.latched, self.keepers, self.moves = {}, {}, set()
-        super().__init__(*arguments, **settings)
-        self.method, self.grid, self.remembers = arguments[0], arguments[1], (
-            self.learner._remembers_advice)
-        self.budget, self.when = settings.get('budget', 0), settings.get('when', 'early')
-        self.open, self.latched = [], {}
+        self.latched, self.stores, self.moves = {}, {}, set()
+        super().__init__(config, grid, policy, seed, shuffle, remembers_advice, budget, mode)
+        self._make = {
+            'world': lambda: GridWorld(grid, 'map', RUN, SEED),
+            'mentor': lambda: Mentor(budget, mode),
+            'learner': lambda: Learner(config, SEED, remembers_advice, 1 + self.kills)}
+        self.on_the_way, self.latched = [], {}
         for name in ('learner', 'mentor', 'world'):
-            self.revive(name)
+            self.start(name)
 
-    def make(self, name):
-        """Return one of the three as it starts."""
-        if name == 'world':
-            return GridWorld(self.grid, 'map', RUN, SEED)
-        if name == 'mentor':
-            return Mentor(self.budget, self.when)
-        return Learner(self.method, SEED, self.remembers, 1 + self.kills)
-
-    def revive(self, name):
-        """Start one of the three; it goes on from what was kept."""
-        actor = self.make(name)
+    def start(self, name):
+        """Start one of the three; it continues from its state, if there is one."""
+        actor = self._make[name]()
         setattr(self, name, actor)
         if name != 'mentor':
-            kept = self.recall(name)
-            if kept:
-                actor.restore(*kept)
-            if kept or name == 'world':
-                self.answer(name, actor.recall())
-        for kind, msg in self.latched.items():
-            self.open += [(listener, msg) for listener in self.listeners(kind)
-                          if listener[0] == name]
+            saved = self.load(name)
+            if saved:
+                actor.load_state_dict(*saved)
+            if saved or name == 'world':
+                self.answer(name, actor.last_outputs())
+        for message_type, msg in self.latched.items():
+            self.on_the_way += [(subscriber, msg) for subscriber in self.subscribers(message_type)
+                                if subscriber[0] == name]
 
-    def recall(self, name):
-        """Return what was kept."""
-        self.keepers[name] = StateStore(self.folder, name, {}, KINDS[name])
-        return self.keepers[name].load()
+    def load(self, name):
+        """Return the checkpoint and the journal of one of the three."""
+        self.stores[name] = StateStore(self.folder, name, {}, JOURNAL[name])
+        return self.stores[name].load()
 
     def kill(self, name):
-        """End one of the three, with what it has not heard yet; start it again."""
+        """Kill one of the three, with what it has not received yet; start it again."""
         self.kills += 1
-        if name in self.keepers:
-            self.keepers.pop(name).close()
-        lost = SAYS[name] if self.shuffle.random() < 0.5 else ()
-        self.open = [(listener, msg) for listener, msg in self.open
-                     if listener[0] != name and type(msg) not in lost]
-        for kind in SAYS[name]:
-            self.latched.pop(kind, None)
-        self.revive(name)
+        if name in self.stores:
+            self.stores.pop(name).close()
+        lost = PUBLISHES[name] if self.shuffle.random() < 0.5 else ()
+        self.on_the_way = [(subscriber, msg) for subscriber, msg in self.on_the_way
+                           if subscriber[0] != name and type(msg) not in lost]
+        for message_type in PUBLISHES[name]:
+            self.latched.pop(message_type, None)
+        self.start(name)
 
-    def lay(self, msg):
-        """Put a message on the table for each listener; latch it."""
-        if type(msg) in LISTENERS:
+    def publish(self, msg):
+        """Put a message on the way to each of its subscribers; latch it."""
+        if type(msg) in SUBSCRIBERS:
             self.latched[type(msg)] = msg
-            self.open += [(listener, msg) for listener in self.listeners(type(msg))]
+            self.on_the_way += [(subscriber, msg) for subscriber in self.subscribers(type(msg))]
         else:
             self.reports.append(msg)
 
-    def listeners(self, kind):
-        """Return who hears messages of a kind: a mentor hears actions only where they matter."""
-        return [(name, hear) for name, hear in LISTENERS[kind]
-                if hear != 'on_action' or name == 'world' or self.mentor.watches]
+    def subscribers(self, message_type):
+        """Return (name, method) that receive a type; a mentor only actions that it needs."""
+        return [(name, method) for name, method in SUBSCRIBERS[message_type]
+                if method != 'on_action' or name == 'world' or self.mentor.watches]
 
     def answer(self, name, outputs):
-        """Keep what an actor was told, then say what it answers, as `ProtocolNode` does."""
+        """Write the journal of an actor, then publish its outputs, as `ProtocolNode` does."""
         if outputs:
-            self.keep(name)
+            self.save(name)
             for msg in outputs:
-                self.lay(msg)
+                self.publish(msg)
 
-    def keep(self, name):
-        """Keep what an actor was told."""
-        actor, keeper = getattr(self, name), self.keepers.get(name)
-        if keeper and actor.begins:
-            keeper.write_checkpoint(*actor.state())
-            actor.begins = False
-        elif keeper:
-            keeper.append(actor.told)
-        actor.told.clear()
-        if keeper and keeper.is_checkpoint_due():
-            keeper.write_checkpoint(*actor.state())
+    def save(self, name):
+        """Write the journal of an actor, or a checkpoint."""
+        actor, store = getattr(self, name), self.stores.get(name)
+        if store and actor.needs_checkpoint:
+            store.write_checkpoint(*actor.state_dict())
+            actor.needs_checkpoint = False
+        elif store:
+            store.append(actor.journal_entries)
+        actor.journal_entries.clear()
+        if store and store.is_checkpoint_due():
+            store.write_checkpoint(*actor.state_dict())
 
-    def hear(self, name, hear, msg):
-        """Return what one of the three has to say about a message."""
+    def receive(self, name, method, msg):
+        """Let one of the three receive a message; return its outputs."""
         actor = getattr(self, name)
         if name == 'world':
-            before = self.world.question
+            before = self.world.observation
             outputs = actor.on_action(msg)
-            after = self.world.question
+            after = self.world.observation
             if after.episode == before.episode and after.step > before.step:
                 self.moves.add((before.state, msg.action, after.reward, after.state))
             return outputs
-        outputs = getattr(actor, hear)(msg)
-        if hear == 'on_world' and name == 'mentor' and actor.policy is None:
-            kept = self.recall('mentor') if actor.remembers else None
-            return (*outputs, *actor.use(self.policy, kept))
+        outputs = getattr(actor, method)(msg)
+        if method == 'on_world' and name == 'mentor' and actor.policy is None:
+            saved = self.load('mentor') if actor.has_budget else None
+            return (*outputs, *actor.use(self.policy, saved))
         return outputs
 
-    def step_id(self):
-        """Let somebody hear one message, and perhaps be killed by it."""
-        index = self.shuffle.randrange(len(self.open))
-        (name, hear), msg = self.open[index]
+    def deliver_one(self):
+        """Deliver one message; its receiver may be killed by it."""
+        index = self.shuffle.randrange(len(self.on_the_way))
+        (name, method), msg = self.on_the_way[index]
         if self.shuffle.random() > 0.1:
-            del self.open[index]
+            del self.on_the_way[index]
         moment = self.shuffle.choice(MOMENTS) if self.shuffle.random() < self.rate else None
-        outputs = self.hear(name, hear, msg)
-        if outputs and moment == 'before it is said':
-            self.keep(name)
-        elif moment != 'before it is kept':
+        outputs = self.receive(name, method, msg)
+        if outputs and moment == BEFORE_PUBLISHING:
+            self.save(name)
+        elif moment != BEFORE_JOURNAL:
             self.answer(name, outputs)
         if moment:
             self.kill(name)
 
-    def hold(self):
-        """Let them talk until the learner has finished; the world repeats its question."""
-        silent, before = 0, None
+    def run(self):
+        """Deliver until the learner has finished; the world repeats its observation."""
+        repetitions, before = 0, None
         while not self.learner.finished:
-            if self.open:
-                self.step_id()
+            if self.on_the_way:
+                self.deliver_one()
                 continue
-            silent = silent + 1 if self.world.question[:3] == before else 0
-            before = self.world.question[:3]
-            assert silent < 50, (self.world.question, self.learner.waiting_for())
-            for name in ('learner', 'mentor'):  # a second goes by
-                self.answer(name, getattr(self, name).look())
-            self.lay(self.world.question)
+            repetitions = repetitions + 1 if self.world.observation[:3] == before else 0
+            before = self.world.observation[:3]
+            assert repetitions < 50, (self.world.observation, self.learner.waiting_for())
+            for name in ('learner', 'mentor'):  # a second passes
+                self.answer(name, getattr(self, name).tick())
+            self.publish(self.world.observation)
         return self
 
     def close(self):
-        """Close what is kept."""
-        for keeper in self.keepers.values():
-            keeper.close()
+        """Close the states."""
+        for store in self.stores.values():
+            store.close()
 
 
 @pytest.fixture
 def folder(tmp_path):
-    """Return a folder in memory where there is one: a thousand files are made there."""
+    """Return a folder in memory where there is one: the tests write a thousand files there."""
     memory = Path('/dev/shm')
     with TemporaryDirectory(dir=memory if os.access(memory, os.W_OK) else tmp_path) as made:
         yield Path(made)
 
 
 @pytest.fixture
-def table(folder, monkeypatch):
-    """Return a function that makes a table, on which snapshots are frequent."""
+def network(folder, monkeypatch):
+    """Return a function that makes a `MortalNetwork`, with frequent checkpoints."""
     monkeypatch.setattr(state_store, 'RECORDS_PER_CHECKPOINT', 60)
     for name in ('fsync', 'fdatasync'):  # a kill takes nothing that was written
         monkeypatch.setattr(os, name, lambda file: None)
     made = []
 
     def make(*arguments, **settings):
-        made.append(MortalTable(folder, *arguments, **settings))
+        made.append(MortalNetwork(folder, *arguments, **settings))
         return made[-1]
     yield make
     for each in made:
         each.close()
 
 
-def reports(table, kind, number):
-    """Return the reports of a kind by their number; what was said twice was the same."""
-    msg = {}
-    for report in table.reports:
-        if isinstance(report, kind):
-            assert repr(msg.setdefault(report[number], report)) == repr(report)
-    return list(msg.values())
+def reports(network, report_type, number):
+    """Return the reports of a type by their number; those published twice must be the same."""
+    found = {}
+    for report in network.reports:
+        if isinstance(report, report_type):
+            assert repr(found.setdefault(report[number], report)) == repr(report)
+    return list(found.values())
 
 
-def check(table, training, iterations):
-    """Fail unless all that was learned and said is as in the compiled loop."""
-    table.kill('learner')
-    assert table.learner.finished
-    assert table.learner.memory.digest() == training.memory.digest()
-    progress = reports(table, Progress, 1)
-    assert [msg.mean_return for msg in progress] == [it.mean_return for it in iterations]
-    assert repr([msg.confidence for msg in progress]) == repr([i.confidence for i in iterations])
-    assert progress[-1].steps == sum(it.steps for it in iterations)
-    assert sum(msg.steps for msg in reports(table, Episode, 1)) == progress[-1].steps
+def check(network, training, results):
+    """Fail unless what was learned and reported is as in the compiled loop."""
+    network.kill('learner')
+    assert network.learner.finished
+    assert network.learner.state.digest() == training.state.digest()
+    progress = reports(network, Progress, 1)
+    assert [msg.mean_return for msg in progress] == [each.mean_return for each in results]
+    assert repr([msg.confidence for msg in progress]) == repr(
+        [each.confidence for each in results])
+    assert progress[-1].steps == sum(each.steps for each in results)
+    assert sum(msg.steps for msg in reports(network, Episode, 1)) == progress[-1].steps
 
 
-@pytest.mark.parametrize('profile, name', ROWS)
-def test_whoever_is_killed_at_whatever_moment_the_digest_is_that_of_the_compiled_loop(
-        table, profile, name):
+@pytest.mark.parametrize('profile, name', PRESETS)
+def test_with_kills_at_any_moment_the_digest_is_that_of_the_compiled_loop(network, profile, name):
     policy = noisy_policy(World(ROOM), 0.3, random_streams(8)[0])
-    row = replace(find_method(name, profile), episodes=2, iterations=3)
-    training = Training(World(ROOM), policy, row, SEED)
-    iterations = [training.iterate() for _ in range(3)]
-    held = table(0.15, row, ROOM, policy, SEED, random.Random(name), len(name) % 2 == 0).hold()
-    check(held, training, iterations)
-    assert held.kills > 10
+    config = replace(find_method(name, profile), episodes=2, iterations=3)
+    training = Training(World(ROOM), policy, config, SEED)
+    results = [training.iterate() for _ in range(3)]
+    mortal = network(0.15, config, ROOM, policy, SEED, random.Random(name),
+                     len(name) % 2 == 0).run()
+    check(mortal, training, results)
+    assert mortal.kills > 10
 
 
-@pytest.mark.parametrize('when, remembers', [
+@pytest.mark.parametrize('mode, remembers_advice', [
     ('early', True), ('early', False), ('important', True)])
 @pytest.mark.parametrize('rate', [0.1, 0.3])
-def test_a_mentor_with_a_budget_may_be_killed_too(table, when, remembers, rate):
-    policy = sparse_policy(noisy_policy(World(ROOM), 0.3, random_streams(8)[0]), World(ROOM), 0.8, 2)
-    row = replace(find_method('explicit', 'published'), episodes=2, iterations=2)
-    told = AdviceBudget(World(ROOM), policy, 5, when)
-    training = Training(World(ROOM), told, row, SEED)
-    iterations = [training.iterate() for _ in range(2)]
-    held = table(rate, row, ROOM, policy, SEED, random.Random(when), remembers, budget=5,
-                 when=when).hold()
-    check(held, training, iterations)
-    assert told.remaining[0] < 5
+def test_a_mentor_with_a_budget_may_be_killed_too(network, mode, remembers_advice, rate):
+    policy = sparse_policy(noisy_policy(World(ROOM), 0.3, random_streams(8)[0]), World(ROOM), 0.8,
+                           2)
+    config = replace(find_method('explicit', 'published'), episodes=2, iterations=2)
+    budget = AdviceBudget(World(ROOM), policy, 5, mode)
+    training = Training(World(ROOM), budget, config, SEED)
+    results = [training.iterate() for _ in range(2)]
+    mortal = network(rate, config, ROOM, policy, SEED, random.Random(mode), remembers_advice,
+                     budget=5, mode=mode).run()
+    check(mortal, training, results)
+    assert budget.remaining[0] < 5
 
 
-def test_a_learner_that_comes_back_knows_the_advice_that_it_has_heard(table, monkeypatch):
+def test_a_restarted_learner_knows_the_advice_that_it_has_received(network, monkeypatch):
     monkeypatch.setattr(state_store, 'RECORDS_PER_CHECKPOINT', 10 ** 6)
     policy = noisy_policy(World(ROOM), 0.3, random_streams(8)[0])
-    row = replace(find_method('explicit', 'published'), episodes=2, iterations=2)
-    held = table(0.0, row, ROOM, policy, SEED, random.Random(1)).hold()
-    before = held.learner.advice_heard().tolist()
+    config = replace(find_method('explicit', 'published'), episodes=2, iterations=2)
+    mortal = network(0.0, config, ROOM, policy, SEED, random.Random(1)).run()
+    before = mortal.learner.advice().tolist()
     assert len(set(before)) > 1
-    held.kill('learner')
-    assert held.learner.advice_heard().tolist() == before
+    mortal.kill('learner')
+    assert mortal.learner.advice().tolist() == before
 
 
 @pytest.mark.parametrize('lost', [2, 7, 40])
 @pytest.mark.parametrize('name', ['sarsa', 'explicit', 'watkins', 'head_start'])
-def test_a_learner_whose_journal_lacks_its_end_goes_on_and_learns_no_wrong_step(
-        table, monkeypatch, name, lost):
+def test_a_learner_whose_journal_lost_its_end_continues_and_learns_no_wrong_step(
+        network, monkeypatch, name, lost):
     monkeypatch.setattr(state_store, 'RECORDS_PER_CHECKPOINT', 10 ** 6)
     policy = noisy_policy(World(ROOM), 0.3, random_streams(8)[0])
-    row = replace(find_method(name, 'published'), episodes=2, iterations=4)
-    held, learned, learn = table(0.0, row, ROOM, policy, SEED, random.Random(lost)), [], \
-        Student.learn
+    config = replace(find_method(name, 'published'), episodes=2, iterations=4,
+                     measuring_iterations=0)
+    learned, learn = [], agent.learn
 
-    def record(student, s, a, r, s2, *rest):
+    def record(s, a, r, s2, *rest):
         learned.append((s, a, r, s2))
-        learn(student, s, a, r, s2, *rest)
-    monkeypatch.setattr(Student, 'learn', record)
+        learn(s, a, r, s2, *rest)
+    monkeypatch.setattr(agent, 'learn', record)
+    mortal = network(0.0, config, ROOM, policy, SEED, random.Random(lost))
     for _ in range(300):
-        held.step_id() if held.open else held.lay(held.world.question)
-    held.keepers.pop('learner').close()
-    journal, = held.folder.glob('learner.*.journal')
-    os.truncate(journal, journal.stat().st_size - lost * 40)  # and not behind a whole record
-    held.revive('learner')
-    held.hold()
-    notices = [msg.text for msg in held.reports if isinstance(msg, Notice)]
-    assert any(text.startswith('goes on at turn') for text in notices)
-    assert len(learned) > 50 and set(learned) <= held.moves
+        if mortal.on_the_way:
+            mortal.deliver_one()
+        else:
+            mortal.publish(mortal.world.observation)
+    mortal.stores.pop('learner').close()
+    journal, = mortal.folder.glob('learner.*.journal')
+    os.truncate(journal, journal.stat().st_size - lost * 40)  # in the middle of a record
+    mortal.start('learner')
+    mortal.run()
+    notices = [msg.text for msg in mortal.reports if isinstance(msg, Notice)]
+    assert any(text.startswith('continues at step id') for text in notices)
+    assert len(learned) > 50 and set(learned) <= mortal.moves

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One learner as numbers: its fields and their ranges."""
+"""The settings of a learner: fields, ranges, and how they are read from text."""
 
 from dataclasses import fields
 
@@ -8,6 +8,7 @@ import pytest
 from comply_ros.learner.learner_config import (
     CONFIG_FIELDS,
     ConfigError,
+    field_type,
     KernelConfig,
     LearnerConfig,
     TRUSTS,
@@ -16,17 +17,23 @@ from comply_ros.learner.learner_config import (
 from comply_ros.learner.presets import find_method
 
 
-def test_numbers_hold_every_field():
-    assert KernelConfig._fields == tuple(CONFIG_FIELDS) == tuple(f.name for f in fields(LearnerConfig))
-    numbers = find_method('explicit', 'report').numbers()
-    assert TRUSTS[numbers.trust] == 'explicit'
-    assert all(isinstance(value, (bool, int, float)) for value in numbers)
+def test_kernels_get_every_field_as_a_number():
+    names = tuple(each.name for each in fields(LearnerConfig))
+    assert KernelConfig._fields == tuple(CONFIG_FIELDS) == names
+    config = find_method('explicit', 'report')
+    kernel_config = config.for_kernels()
+    assert TRUSTS[kernel_config.trust] == 'explicit'
+    assert all(isinstance(value, (bool, int, float)) for value in kernel_config)
+    for name in names:
+        assert name == 'trust' or getattr(kernel_config, name) == getattr(config, name)
 
 
-def test_every_field_explains_itself():
-    for row in CONFIG_FIELDS.values():
-        assert len(row.metadata['text']) > 10
-        assert row.type is not float or row.metadata['low'] < row.metadata['high']
+def test_every_field_has_a_text_and_every_number_a_range():
+    for name, each in CONFIG_FIELDS.items():
+        assert len(each.metadata['text']) > 10
+        assert field_type(name) is type(each.default)
+        if field_type(name) is float:
+            assert each.metadata['low'] < each.metadata['high']
 
 
 @pytest.mark.parametrize('name, value, message', [
@@ -39,18 +46,19 @@ def test_every_field_explains_itself():
     ('trust', 'blind', 'trust must be one of none, scheduled, beta, explicit, shaping, '
      "jump_start, head_start, got 'blind'"),
 ])
-def test_a_value_out_of_range_is_refused(name, value, message):
+def test_a_value_out_of_its_range_is_rejected(name, value, message):
     with pytest.raises(ConfigError) as error:
         LearnerConfig(**{name: value})
     assert str(error.value) == message
 
 
-def test_outcomes_are_counted_by_whole_visits():
-    with pytest.raises(ConfigError, match='visit_growth must be 1.0 where outcomes are replayed'):
+def test_a_learner_with_a_model_counts_whole_visits():
+    with pytest.raises(ConfigError) as error:
         LearnerConfig(replays=True, visit_growth=0.5)
+    assert str(error.value) == 'visit_growth must be 1.0 where replays is true, got 0.5'
 
 
-def test_ranges_that_depend_on_the_kind_of_trust():
+def test_some_ranges_depend_on_the_kind_of_trust():
     with pytest.raises(ConfigError, match=r'trust_rate must lie in \[0, 1\] where trust is expl'):
         LearnerConfig(trust='explicit', trust_rate=2.0)
     with pytest.raises(ConfigError, match='must be above 0 where trust is beta, got 0.0 and 2.0'):
@@ -71,7 +79,7 @@ def test_fields_are_read_from_text(name, text, value):
     ('discount', 'high', "discount must be a number such as 1.0, got 'high'"),
     ('episodes', '9' * 400, f"episodes must lie in [1, 1000000], got {'9' * 400}"),
     ('discount', '-1', 'discount must lie in [0, 1], got -1.0')])
-def test_a_wrong_text_is_refused(name, text, message):
+def test_a_text_that_is_no_value_of_the_field_is_rejected(name, text, message):
     with pytest.raises(ConfigError) as error:
         with_text(LearnerConfig(), name, text)
     assert str(error.value).startswith(message)

@@ -14,7 +14,7 @@ def test_thresholds_of_the_two_profiles():
     assert threshold('report', -2.0) == pytest.approx(-2.02)  # below it, where it is negative
 
 
-def test_the_report_asks_to_stay_above_and_the_runs_count():
+def test_the_report_wants_returns_that_stay_above_and_the_published_runs_count_them():
     assert time_to_convergence('report', RETURNS, 4.5) == 3
     assert time_to_convergence('published', RETURNS, 4.5) == 2
     assert time_to_convergence('report', RETURNS, 5.2) is None
@@ -24,12 +24,12 @@ def test_the_report_asks_to_stay_above_and_the_runs_count():
     assert time_to_convergence('published', RETURNS, -3.0) == 0
 
 
-def test_the_ratio_is_what_was_collected_until_then():
+def test_the_reward_ratio_is_the_return_until_convergence_over_the_optimal_one():
     assert reward_ratio(RETURNS, 3, 5.0) == pytest.approx(7.0 / 15.0)
     assert reward_ratio(RETURNS, None, 5.0) == pytest.approx(17.5 / 25.0)
     assert reward_ratio(RETURNS, 0, 5.0) is None
     assert reward_ratio(RETURNS, 3, 0.0) is None
 
 
-def test_regret_is_what_is_missing():
+def test_regret_is_the_sum_of_what_is_missing_to_the_optimal_return():
     assert regret(RETURNS, 5.5) == pytest.approx(7.5 + 0.5 + 1.5 + 0.0 + 0.5)

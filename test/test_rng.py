@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Random numbers as an argument."""
+"""Random numbers: independent streams, and rows of uniforms by number."""
 
 import numpy as np
 
@@ -17,19 +17,28 @@ def test_rows_and_blocks_give_the_same_numbers():
     assert taken[:len(rows)] == rows
 
 
-def test_a_block_that_was_not_used_up_comes_again():
+def test_the_unused_rest_of_a_block_comes_again():
     draws = UniformRows(random_streams(0)[0], 1)
     first = draws.block()[10, 0]
     draws.use(10)
     assert draws.block()[0, 0] == first
 
 
-def test_the_position_is_a_function_of_the_row():
+def test_the_position_in_the_stream_is_a_function_of_the_row():
     generator = random_streams(9)[1]
     generator.bit_generator.advance(2 * 777)
     draws = UniformRows(random_streams(9)[1], 2)
     rows = [draws.row() for _ in range(778)]
     assert rows[777] == generator.random(2).tolist()
+
+
+def test_skipped_rows_are_the_same_as_used_ones():
+    used, skipped = UniformRows(random_streams(9)[1], 2), UniformRows(random_streams(9)[1], 2)
+    for _ in range(BLOCK + 7):
+        used.row()
+    skipped.skip_to(BLOCK + 7)
+    assert skipped.used == used.used == BLOCK + 7
+    assert skipped.row() == used.row()
 
 
 def test_world_and_learner_draw_independently():

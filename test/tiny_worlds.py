@@ -4,7 +4,7 @@
 from comply_ros.learner.belief_update import update_belief
 from comply_ros.learner.confidence import confidence
 from comply_ros.learner.learner_config import LearnerConfig
-from comply_ros.learner.learner_state import LearnerState
+from comply_ros.learner.learner_state import initial_state
 from comply_ros.world.grid import Grid, RIGHT
 from comply_ros.world.mdp import World
 
@@ -20,27 +20,22 @@ def corridor(**settings):
 
 
 def room(**settings):
-    """Return nine cells, the goal in the upper right corner; state 4 in the middle has it all."""
+    """Return nine cells, the goal in the upper right corner; state 4 has all four moves."""
     return World(grid('..G', '...', '...', **settings))
 
 
 class Bench:
-    """One method and its memory in a small world, with the arguments that kernels take."""
+    """The settings and the fresh state of a learner in a small world, as kernels take them."""
 
     def __init__(self, world, **settings):
-        self.method = LearnerConfig(**settings)
-        self.numbers = self.method.numbers()
-        self.memory = LearnerState.fresh(world, self.method)
-        self.arrays = self.memory.arrays()
+        self.config = LearnerConfig(**settings)
+        self.kernel_config = self.config.for_kernels()
+        self.state = initial_state(world, self.config)
 
     def confidence(self, as_run, s=4, advice=RIGHT, step=0):
         """Return the confidence in the advice in state s, at a step of the episode."""
-        q, visits, belief, arrivals, schedule, *_ = self.arrays
-        return as_run(confidence)(s, advice, step, self.numbers, q, visits, belief, arrivals,
-                                  schedule)
+        return as_run(confidence)(s, advice, step, self.kernel_config, self.state)
 
     def update_belief(self, as_run, a, delta, s=4):
         """Change the belief by a step with action a in state s, where RIGHT was advised."""
-        memory = self.memory
-        as_run(update_belief)(s, a, RIGHT, delta, self.numbers, memory.q, memory.belief,
-                              memory.schedule)
+        as_run(update_belief)(s, a, RIGHT, delta, self.kernel_config, self.state)

@@ -93,9 +93,9 @@ class AdviceBudget:
         """Return the recommendation in state s, -1 for none; it may cost one of the budget."""
         return advise(s, *self._views)
 
-    def watch(self, s: int, a: int) -> None:
+    def record_action(self, s: int, a: int) -> None:
         """Remember that the learner took action a in state s."""
-        watch(s, a, self.last_actions)
+        record_action(s, a, self.last_actions)
 
 
 @kernel
@@ -114,7 +114,7 @@ def advise(s: int, policy: Array, important: Array, advised: Array, remaining: A
 
 
 @kernel
-def watch(s: int, a: int, last_actions: Array) -> None:
+def record_action(s: int, a: int, last_actions: Array) -> None:
     """Change last_actions[s] to a, if the mentor advises where the learner makes mistakes."""
     if last_actions[s] != NOT_WATCHED:
         last_actions[s] = a

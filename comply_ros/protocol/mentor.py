@@ -143,7 +143,7 @@ class Mentor:
         self._acted = step_id(msg)
         self.journal_entries.append(msg)
         if msg.action != NO_ACTION and self._budget:
-            self._budget.watch(observed.state, msg.action)
+            self._budget.record_action(observed.state, msg.action)
         return self.release_held()
 
     def _went_on_without_advice(self, msg: Action) -> bool:
@@ -203,7 +203,7 @@ class Mentor:
             if isinstance(entry, Action):
                 self._acted = step_id(entry)
                 if entry.action != NO_ACTION and self._observed and self._budget:
-                    self._budget.watch(self._observed.state, entry.action)
+                    self._budget.record_action(self._observed.state, entry.action)
             else:
                 self._advise(entry)
         self.journal_entries.clear()

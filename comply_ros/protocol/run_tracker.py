@@ -198,7 +198,8 @@ class RunTracker:
         episode, step = self.answered = msg.episode, msg.step
         self.answered_state, self.left_to_others, self.late = msg.state, 0, None
         self.episode_ended = msg.terminated or msg.truncated
-        irregular = self._held or self._doubted or self.gap_allowed or self.inactive
+        irregular = (self._held or self._doubted or self.gap_allowed or self.inactive
+                     or self._left > self.answered)
         self.expected = None if irregular or self.episode_ended else (msg.run, episode, step + 1)
 
     def allow_gap(self) -> None:
@@ -214,8 +215,9 @@ class RunTracker:
     def is_usual_step(self, msg: StateReward) -> bool:
         """Tell whether an observation with the expected step id is possible in this world."""
         last, s, successor = self.answered_state, msg.state, self._successor
-        return ((successor[last, 0] == s or successor[last, 1] == s or successor[last, 2] == s
-                 or successor[last, 3] == s)
+        return (s >= 0  # -1 stands for the successor of an action that the state does not have
+                and (successor[last, 0] == s or successor[last, 1] == s
+                     or successor[last, 2] == s or successor[last, 3] == s)
                 and msg.terminated == self._terminal[s]
                 and msg.truncated == (msg.step == self._step_limit and not msg.terminated)
                 and isfinite(msg.reward))
