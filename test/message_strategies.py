@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from comply_ros.protocol.messages import (
     Action,
-    describe,
+    describe_world,
     Episode,
     Progress,
     Recommendation,
@@ -92,7 +92,7 @@ def rival(k):
     """Return a function from a world to another one, whole, of another run and name."""
     tiny = Grid(('.G', '..'), (0,), -1.0, -5.0, 10.0, 0.9, 20 + k % 9)
     began = (0.0, -1e300, 1e300)[k % 3]
-    return lambda msg: describe(tiny, f'rival {k}', msg.run ^ (1 + k), began)
+    return lambda msg: describe_world(tiny, f'rival {k}', msg.run ^ (1 + k), began)
 
 
 spoiled_world = st.one_of(

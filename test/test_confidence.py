@@ -16,7 +16,7 @@ from comply_ros.world.grid import DOWN, RIGHT, UP
 def test_scheduled_trust_is_the_same_everywhere(as_run):  # (3.2), (3.6)
     bench = Bench(room(), trust='scheduled', confidence=0.9)
     assert bench.confidence(as_run) == 0.9
-    bench.state.confidence[0] = 0.891
+    bench.state.scheduled_confidence[0] = 0.891
     assert bench.confidence(as_run) == 0.891
 
 

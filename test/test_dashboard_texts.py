@@ -11,7 +11,7 @@ from comply_ros.dashboard.header_bar import alarm, state_words
 from comply_ros.dashboard.health_panel import health_words
 from comply_ros.dashboard.mentor_panel import trust_words
 from comply_ros.dashboard.run_view import Heard, Sight
-from comply_ros.protocol.messages import describe, Progress
+from comply_ros.protocol.messages import describe_world, Progress
 from comply_ros.world.mdp import World
 
 GRID = grid('..G')
@@ -22,7 +22,7 @@ def view(*, heard=Heard(), words='runs', level=0, **ages):
     """Return a view of nodes that were heard so many seconds ago."""
     health = {name: Status(level, words, {'dropped: a': '2', 'dropped: b': '1'}, 'process 1',
                            100.0 - age) for name, age in ages.items()}
-    return View(Sight(describe(GRID, 'small', run=1), World(GRID), heard), health=health, at=100.0)
+    return View(Sight(describe_world(GRID, 'small', run=1), World(GRID), heard), health=health, at=100.0)
 
 
 def test_nobody_is_missed_while_all_speak():

@@ -33,7 +33,7 @@ from comply_ros.protocol.learner import Learner
 from comply_ros.protocol.mentor import Mentor
 from comply_ros.protocol.messages import (
     Action,
-    describe,
+    describe_world,
     grid_from_description,
     Progress,
     Recommendation,
@@ -293,11 +293,11 @@ def test_a_mentor_that_watches_overhears_what_the_world_refuses(wrong):
 def test_a_world_with_a_wrong_hash_is_refused_before_its_ways_are_searched(monkeypatch):
     monkeypatch.setattr(grid, 'reaching', None)
     with pytest.raises(ValueError, match='sha256 must be that of the world'):
-        grid_from_description(describe(BAR, 'bar', 7)._replace(sha256='x'))
+        grid_from_description(describe_world(BAR, 'bar', 7)._replace(sha256='x'))
 
 
 def test_a_name_of_megabytes_is_not_written_into_a_log():
-    here = describe(BAR, 'bar', 7)
+    here = describe_world(BAR, 'bar', 7)
     with pytest.raises(ValueError, match='a name must have at most 255 characters, got 1000000'):
         grid_from_description(here._replace(name='x' * 1_000_000))
     refused, = validate_same_world(here._replace(name='x' * 1_000_000, sha256=''), here)

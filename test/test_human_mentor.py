@@ -10,12 +10,12 @@ from tiny_worlds import grid
 from comply_ros.mentor.mentor_policies import noisy_policy, spoiled_policy
 from comply_ros.mentor.policy_text import PolicyError
 from comply_ros.protocol.human_mentor import HumanMentor
-from comply_ros.protocol.messages import describe, Recommendation, StateReward
+from comply_ros.protocol.messages import describe_world, Recommendation, StateReward
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import optimal_policy
 
 ROOM = grid('..G', '.#.', '...')  # state 4 is the obstacle, 8 the goal
-HERE = describe(ROOM, 'room', 7)
+HERE = describe_world(ROOM, 'room', 7)
 UP, RIGHT, NONE = 3, 1, -1
 
 
@@ -169,7 +169,7 @@ def test_what_is_painted_stays_after_a_reset_and_goes_with_the_map():
     actor.observe(asked(run=8))
     assert actor.steer(RIGHT)[0].run == 8
     other = HumanMentor()
-    other.on_world(describe(grid('..G'), 'other', 6)._replace(began=9.0))
+    other.on_world(describe_world(grid('..G'), 'other', 6)._replace(began=9.0))
     other.paint({0: RIGHT})
     other.on_world(HERE)  # began first
     assert (other.painted == NONE).all() and len(other.painted) == 9

@@ -15,7 +15,7 @@ from comply_ros.storage.map_files import read_map
 INTERFACES = Path(__file__).parents[1] / 'msg_defs'
 TOPICS = [each for each in vars(topics).values() if isinstance(each, topics.Topic)]
 SAID = {
-    'WorldDescription': messages.describe(read_map('maze', 'report'), 'maze', 2 ** 32 - 1),
+    'WorldDescription': messages.describe_world(read_map('maze', 'report'), 'maze', 2 ** 32 - 1),
     'StateReward': messages.StateReward(1, 2, 3, 1680, -0.1, False, True),
     'Recommendation': messages.Recommendation(1, 2, 3, 4, -1),
     'Action': messages.Action(1, 2, 3, -1, False, 0.1 + 0.2),

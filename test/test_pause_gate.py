@@ -17,7 +17,7 @@ from comply_ros.protocol.learner import Learner
 from comply_ros.protocol.mentor import Mentor
 from comply_ros.protocol.messages import (
     Action,
-    describe,
+    describe_world,
     Ignored,
     Notice,
     Progress,
@@ -37,7 +37,7 @@ RUN = 7
 def conversation(row=ROW, budget=0, when='early', iterations=3):
     """Return three actors that begin to talk in the room."""
     mentor = Mentor(budget, when)
-    mentor.on_world(describe(ROOM, 'room', RUN))
+    mentor.on_world(describe_world(ROOM, 'room', RUN))
     mentor.use(optimal_policy(World(ROOM)))
     learner = Learner(replace(row, iterations=iterations), seed=3)
     return DecodedMessages(GridWorld(ROOM, 'room', RUN, 3), mentor, learner)
@@ -163,15 +163,15 @@ def test_what_is_late_from_before_a_reset_is_dropped():
     assert late.kind == 'before a reset' and 'a state of run 7' in late.reason
     late, = talk.learner.on_recommendation(Recommendation(7, 1, 3, 0, 3))
     assert late.kind == 'before a reset'
-    assert talk.learner.on_world(describe(ROOM, 'room', 7)) == ()
-    assert talk.world.on_world(describe(ROOM, 'room', 7)) == ()
+    assert talk.learner.on_world(describe_world(ROOM, 'room', 7)) == ()
+    assert talk.world.on_world(describe_world(ROOM, 'room', 7)) == ()
     assert talk.learner.described.run == 8
 
 
 def test_another_map_or_another_run_cannot_take_the_place_of_this_one():
-    for other in (describe(grid('..G', '...'), 'other', 9)._replace(replaces=7),
-                  describe(ROOM, 'room', 9)._replace(replaces=6),
-                  describe(ROOM, 'room', 9)):
+    for other in (describe_world(grid('..G', '...'), 'other', 9)._replace(replaces=7),
+                  describe_world(ROOM, 'room', 9)._replace(replaces=6),
+                  describe_world(ROOM, 'room', 9)):
         talk = conversation()
         talk.run(20)
         assert talk.learner.on_world(other) == ()
@@ -317,7 +317,7 @@ def test_more_iterations_wake_a_learner_that_rests():
 
 def test_a_learner_whose_trust_ends_answers_the_state_that_waited_for_advice():
     learner = Learner(ROW, seed=3)
-    learner.on_world(describe(ROOM, 'room', RUN))
+    learner.on_world(describe_world(ROOM, 'room', RUN))
     assert learner.observe(StateReward(RUN, 1, 0, 0, 0.0, False, False)) == ()
     notice, answer = learner.change({'trust': 'none'})
     assert notice == Notice('goes on with trust none')
@@ -325,5 +325,5 @@ def test_a_learner_whose_trust_ends_answers_the_state_that_waited_for_advice():
 
 
 def test_a_world_of_before_has_no_run_that_it_replaces():
-    assert describe(ROOM, 'room', RUN).replaces == 0
+    assert describe_world(ROOM, 'room', RUN).replaces == 0
     assert WorldDescription._fields[-1] == 'replaces'

@@ -50,7 +50,7 @@ def test_measuring_iterations_learn_nothing_but_change_the_schedules():
     learning, _ = trained('vanishing', 'published', iterations=1)
     assert np.unique(learning.state.q).tolist() == [-np.inf, 0.0]
     assert learning.state.departures.max() == 1.0
-    assert learning.state.confidence[0] == pytest.approx(0.9 * 0.99)
+    assert learning.state.scheduled_confidence[0] == pytest.approx(0.9 * 0.99)
     assert trained('vanishing', 'report', iterations=1)[0].state.departures.max() > 1.0
 
 

@@ -94,7 +94,7 @@ def test_confidence_and_temperature_fall_after_an_iteration(as_run):  # (2.25), 
     bench = Bench(room(), temperature=0.5, temperature_factor=0.98, confidence=0.9,
                   confidence_factor=0.99)
     state = decayed(as_run, bench, 0.0)
-    assert state.confidence[0] == pytest.approx(0.891)
+    assert state.scheduled_confidence[0] == pytest.approx(0.891)
     assert state.temperature[0] == pytest.approx(0.49)
 
 
@@ -109,7 +109,7 @@ def test_the_temperature_falls_as_soon_as_the_confidence_is_low_enough(as_run):
     bench = Bench(room(), temperature=0.5, temperature_factor=0.5, confidence=1.0,
                   confidence_factor=0.5, cooling_confidence=0.5)
     state = decayed(as_run, bench, 0.0)
-    assert (state.confidence[0], state.temperature[0]) == (0.5, 0.25)
+    assert (state.scheduled_confidence[0], state.temperature[0]) == (0.5, 0.25)
 
 
 def test_the_trust_rate_falls_after_an_iteration(as_run):
