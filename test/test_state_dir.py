@@ -247,5 +247,5 @@ def test_the_second_node_with_one_state_dir_ends_with_one_line(tmp_path):
         done = run('grid_world', '--ros-args', *WORLD, '-p', f'state_dir:={state}')
         assert done.returncode == 2
         assert one_line(done, 'grid_world') == (
-            f"grid_world: state_dir '{state}' is used by another grid_world that runs: end it, or "
-            'give this one another state_dir')
+            f"grid_world: state_dir '{state}' is in use by another running grid_world: stop that "
+            'one, or give this one another state_dir')

@@ -292,8 +292,8 @@ def test_only_one_of_two_nodes_of_one_name_uses_a_folder_until_it_ends(open_stor
     store = open_store()
     assert loaded(store) == (1, ENTRIES)
     assert rejected(open_store) == (
-        f"state_dir '{stored}' is used by another learner that runs: end it, or give this one "
-        'another state_dir')
+        f"state_dir '{stored}' is in use by another running learner: stop that one, or give this "
+        'one another state_dir')
     open_store(name='mentor')
     store.close()
     assert loaded(open_store()) == (1, ENTRIES)
@@ -455,7 +455,7 @@ def test_removed_files_are_noticed_and_written_anew(open_store, stored, take):
     write_checkpoint(store, 6)
     assert not store.was_removed()
     store.append([Entry(6, 1.0)])
-    assert 'is used by another learner' in rejected(open_store)
+    assert 'is in use by another running learner' in rejected(open_store)
     store.close()
     assert loaded(open_store()) == (6, [Entry(6, 1.0)])
 

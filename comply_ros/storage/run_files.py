@@ -72,17 +72,10 @@ def summarize(options: Any, reference: ReferenceReturns, mentor_return: float | 
     """
     One training as the table that `summary.json` holds; nothing in it is infinite or nan.
 
-    Parameters
-    ----------
     options: the `TrainingOptions` of the command.
-    reference: of the world.
     mentor_return: exact expected return of the mentor's policy, None without a mentor.
-    seed: of this training.
     returns: mean return of each iteration; convergence, ratio and regret are of those that learn.
-    steps: actions taken.
-    wall_seconds: of the learning.
     digest: of the learner's arrays.
-
     """
     counted = returns[options.config.measuring_iterations:]
     threshold = metrics.threshold(options.profile, reference.optimal_return)

@@ -75,7 +75,16 @@ class StateStore:
                  kinds: Sequence[type[Any]]) -> None:
         self._name, self._kinds = name, kinds
         self._identity = json.loads(json.dumps(identity))
-        self._folder, self._lock = _lock(folder, name)
+        try:
+            with path_errors():
+                self._folder = Path(folder).expanduser()
+                self._lock = NameLock(self._folder, name)
+        except PathError as error:
+            if isinstance(error.__cause__, NameTakenError):
+                raise StateError(f'state_dir {str(folder)!r} is in use by another running {name}: '
+                                 'stop that one, or give this one another state_dir') from None
+            raise StateError('state_dir must be a folder that can be written, got '
+                             f'{str(folder)!r} ({error})') from None
         self._checkpoint = self._folder / f'{name}.checkpoint'
         self._journal, self._codec = Path(), JournalCodec(kinds, b'')
         self._file = -1  # descriptor of the journal; -1 while none is open
@@ -95,7 +104,7 @@ class StateStore:
         StateError: if the files cannot be read, are damaged, or belong to another node or version.
 
         """
-        old = self._folder / f'{self._name}.snapshot'
+        old = self._folder / f'{self._name}.snapshot'  # of format 1
         if os.path.exists(old):
             raise self._error(old, version_problem('format', 1, FORMAT_VERSION))
         content = _read(self._checkpoint)
@@ -235,36 +244,8 @@ class StateStore:
                 self.sync_error = error
 
 
-def _lock(folder: str | Path, name: str) -> tuple[Path, NameLock]:
-    """
-    Return the `Path` of a folder, and the lock of a name in it.
-
-    Raises
-    ------
-    StateError: if it cannot be used, or another node uses this name in it.
-
-    """
-    try:
-        with path_errors():
-            path = Path(folder).expanduser()
-            return path, NameLock(path, name)
-    except PathError as error:
-        if isinstance(error.__cause__, NameTakenError):
-            raise StateError(f'state_dir {str(folder)!r} is used by another {name} that runs: end '
-                             'it, or give this one another state_dir') from None
-        raise StateError(f'state_dir must be a folder that can be written, got {str(folder)!r} '
-                         f'({error})') from None
-
-
 def _read(path: Path) -> bytes | None:
-    """
-    Return the bytes of a file, None where there is none.
-
-    Raises
-    ------
-    StateError: if it cannot be read.
-
-    """
+    """Return the bytes of a file, None where there is none; raises StateError."""
     try:
         return path.read_bytes()
     except FileNotFoundError:
