@@ -32,7 +32,7 @@ from comply_ros.world.mdp import first_state, taken_action, World
 
 RELEASE = 3.0  # seconds without a message of its learner after which a run takes any learner
 ESTABLISHED = 3.0  # seconds after which a world has received those that were there before it
-NEWER, NEWER_LOWER, OLDER, OLDER_LOWER = 2, 3, 5, 7  # see `_messages_until_inactive`
+NEWER, NEWER_LOWER, OLDER, OLDER_LOWER = 2, 4, 6, 8  # see `_messages_until_inactive`
 MOST_ANSWERS = 8  # messages of another world that are answered
 OTHERS = 64  # other worlds that are told apart
 
@@ -138,8 +138,9 @@ class GridWorld:
         Return after how many messages of another world this one becomes inactive.
 
         Never, if it was answered. Else a world that was there before the other one waits longer
-        than one that was not; of two worlds alike the lower number of a run waits longer. Both
-        worlds count the same messages, so the one that waits longer stays.
+        than one that was not; of two worlds alike the lower number of a run waits longer. A world
+        publishes one message and an answer to each of the other, so the one that waits longer
+        stays: it waits for two more, since each may repeat its description meanwhile.
         """
         if step_id(self.observation) != (1, 0):
             return MOST_ANSWERS + 1
