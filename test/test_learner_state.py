@@ -13,7 +13,7 @@ from comply_ros.learner.learner_state import LearnerState
 
 # The fields in the order in which the digest of version 0.1.0 goes over them. There the scalars
 # were one array, `schedule`.
-SCALARS = ('confidence', 'temperature', 'trust_rate', 'guided_stage', 'best_return',
+SCALARS = ('scheduled_confidence', 'temperature', 'trust_rate', 'guided_stage', 'best_return',
            'advice_agreed', 'advice_seen', 'pool_size', 'pool_listen', 'pool_discard')
 FIELDS = ('q', 'visits', 'belief', 'departures', *SCALARS, 'traces', 'trail', 'outcomes')
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 import comply_ros
-from comply_ros.experiments.result_cache import Cells
+from comply_ros.experiments.result_cache import ResultCache
 from comply_ros.experiments.training_runs import learn, Run
 from comply_ros.mentor.mentor_policies import parse_mentor_spec
 from comply_ros.storage import mentor_cache
@@ -51,7 +51,7 @@ def store(folder):
     state.append([Entry(8)])
     state.close()
     mentor_policy(SPEC, world(), 0)
-    Cells(folder / 'cells', 1).save(RUN, [learn(RUN)])
+    ResultCache(folder / 'cells', 1).save(RUN, [learn(RUN)])
 
 
 def stored(folder):
@@ -61,7 +61,7 @@ def stored(folder):
     assert arrays['q'].tolist() == [0, 1, 2]
     state.close()
     return (facts['steps'], entries[0].step, not is_slow(SPEC, world(), 0),
-            Cells(f'{folder}/cells', 1).has(RUN))
+            ResultCache(f'{folder}/cells', 1).has(RUN))
 
 
 def test_a_changed_comment_in_every_source_leaves_all_that_was_stored_readable(
