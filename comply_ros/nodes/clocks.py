@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: Apache-2.0
+"""
+The clocks of a node.
+
+What paces a lesson (`rate`, `patience`, `advice_timeout`) follows ROS time where `use_sim_time`
+is set, and a steady clock otherwise. Everything else follows a steady clock. The system clock,
+which can be set back, is for time stamps and file names only.
+"""
+
+from collections.abc import Callable
+import time
+
+from rclpy.clock import Clock, ClockType, JumpThreshold, ROSClock
+from rclpy.node import Node
+from rclpy.timer import Timer
+
+STEADY_CLOCK = Clock(clock_type=ClockType.STEADY_TIME)
+
+
+def steady_timer(node: Node, seconds: float, callback: Callable[[], None]) -> Timer:
+    """Return a new timer that follows a steady clock, whatever `use_sim_time` says."""
+    return node.create_timer(seconds, callback, clock=STEADY_CLOCK)
+
+
+class PaceTimer:
+    """
+    Calls back every so many seconds of ROS time where `use_sim_time` is set, else steady time.
+
+    It follows `use_sim_time` when that changes while the node runs. It runs until `destroy`.
+    """
+
+    def __init__(self, node: Node, seconds: float, callback: Callable[[], None]) -> None:
+        self._node, self._seconds, self._callback = node, seconds, callback
+        self._clock_changes = node.get_clock().create_jump_callback(
+            JumpThreshold(min_forward=None, min_backward=None, on_clock_change=True),
+            post_callback=lambda _: self._restart())
+        self._timer = self._start()
+
+    def destroy(self) -> None:
+        """Stop for good."""
+        self._clock_changes.unregister()
+        self._node.destroy_timer(self._timer)
+
+    def _restart(self) -> None:
+        self._node.destroy_timer(self._timer)
+        self._timer = self._start()
+
+    def _start(self) -> Timer:
+        return self._node.create_timer(self._seconds, self._callback,
+                                       clock=_active_ros_clock(self._node) or STEADY_CLOCK)
+
+
+class PaceClock:
+    """
+    Seconds of ROS time where `use_sim_time` is set, else of steady time; they never run back.
+
+    Only the difference of two readings has a meaning. No time passes between two readings where
+    ROS time starts, jumps back (a bag that is played again) or is turned on or off.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node, self._seconds = node, 0.0
+        self._last = self._read()
+
+    def seconds(self) -> float:
+        """Return the seconds that have passed since this clock was made."""
+        (last_source, before), (source, now) = self._last, self._read()
+        self._last = source, now
+        if source == last_source and before > 0.0:  # ROS time is 0 until the first /clock
+            self._seconds += max(0.0, now - before)
+        return self._seconds
+
+    def _read(self) -> tuple[str, float]:
+        ros_clock = _active_ros_clock(self._node)
+        if ros_clock is None:
+            return 'steady time', time.monotonic()
+        return 'ROS time', ros_clock.now().nanoseconds / 1e9
+
+
+def _active_ros_clock(node: Node) -> ROSClock | None:
+    clock = node.get_clock()
+    return clock if isinstance(clock, ROSClock) and clock.ros_time_is_active else None
