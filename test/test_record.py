@@ -23,18 +23,18 @@ SMALL = ('--map', 'bar_grid', '--mentor', 'noisy:0.3', '--iterations', '3', '--e
 
 @contextmanager
 def recorded(folder, *learner):
-    """Run the three nodes with a recorder that hears them from the start; give all by name."""
+    """Run the three nodes with a recorder from the start on; give all by name."""
     with nodes(folder, record=['-p', f'bag:={folder / "bag"}'], grid_world=WORLD,
                mentor=MENTOR) as started:
         log = started['record']
         for name in ('state', 'mentor_policy'):
-            wait_until(log_has(log, f'hears /{name}'), f'recorder of {name}')
-        with caller() as ask:
-            assert ask.pause().success
+            wait_until(log_has(log, f'receives /{name}'), f'recorder of {name}')
+        with caller() as client:
+            assert client.pause().success
             with nodes(folder, learner=learner) as others:
                 for name in ('method', 'action'):
-                    wait_until(log_has(log, f'hears /{name}'), f'recorder of {name}')
-                assert ask.pause(False).success
+                    wait_until(log_has(log, f'receives /{name}'), f'recorder of {name}')
+                assert client.pause(False).success
                 yield {**started, **others}
 
 
@@ -56,7 +56,7 @@ def test_a_lesson_is_recorded_replayed_and_drawn(tmp_path):
         'episode_lengths.png', 'learning_curve.png', 'trust_map.png']
 
 
-def test_a_recorder_that_is_killed_leaves_what_it_heard(tmp_path):
+def test_a_recorder_that_is_killed_leaves_what_it_received(tmp_path):
     bag = tmp_path / 'bag'
     with recorded(tmp_path, '-p', 'iterations:=0') as started:
         size = (bag / 'bag.mcap').stat().st_size
@@ -68,18 +68,18 @@ def test_a_recorder_that_is_killed_leaves_what_it_heard(tmp_path):
     assert 'bag.mcap has no end after byte' in proven.stderr
 
 
-def test_settings_that_change_and_a_reset_while_it_learns_are_told_again(tmp_path):
+def test_parameters_that_change_and_a_reset_while_it_learns_are_replayed(tmp_path):
     bag, sizes = tmp_path / 'bag' / 'bag.mcap', []
 
     def grows():
         sizes.append(bag.stat().st_size)
         wait_until(lambda: bag.stat().st_size > sizes[-1] + 30_000, 'more bytes')
 
-    with recorded(tmp_path, '-p', 'iterations:=0') as started, caller() as ask:
+    with recorded(tmp_path, '-p', 'iterations:=0') as started, caller() as client:
         grows()
-        assert ask.set('learner', temperature=3.0, learning_rate=0.5) == ''
+        assert client.set('learner', temperature=3.0, learning_rate=0.5) == ''
         grows()
-        assert ask.trigger('learner/reset').success
+        assert client.trigger('learner/reset').success
         grows()
         started['record'].interrupt()
         assert started['record'].wait() == 0
@@ -88,14 +88,14 @@ def test_settings_that_change_and_a_reset_while_it_learns_are_told_again(tmp_pat
     assert proven.stdout.count('the same: learner ') == 2
 
 
-def test_a_bag_that_is_there_is_not_touched(tmp_path):
+def test_a_bag_that_exists_is_not_touched(tmp_path):
     done = run('record', '--ros-args', '-p', f'bag:={tmp_path}')
     assert done.returncode == 2
-    assert done.stderr == ('record: parameter bag must be a folder that is not there yet, got '
+    assert done.stderr == ('record: parameter bag must be a folder that does not exist yet, got '
                            f'{str(tmp_path)!r}\n')
 
 
-def test_a_folder_that_cannot_be_made_is_one_sentence():
+def test_a_folder_that_cannot_be_made_is_one_line():
     done = run('record', '--ros-args', '-p', 'bag:=/proc/bag')
     assert done.returncode == 2
     assert done.stderr.endswith("record: bag '/proc/bag' cannot be written (no such file or "
@@ -103,14 +103,14 @@ def test_a_folder_that_cannot_be_made_is_one_sentence():
     assert 'Traceback' not in done.stderr
 
 
-def test_ctrl_c_with_nobody_there_ends_a_bag_that_says_so(tmp_path):
+def test_ctrl_c_without_any_message_ends_an_empty_bag(tmp_path):
     process = subprocess.Popen(
         [sys.executable, '-c', START.format('record'), '--ros-args', '-p',
          f'bag:={tmp_path / "bag"}'], stderr=subprocess.PIPE, text=True)
     wait_until(lambda: (tmp_path / 'bag').exists() or process.poll(), 'bag')
     process.send_signal(signal.SIGINT)
-    msg = process.communicate(timeout=30)[1]
-    assert process.returncode == 0 and 'Traceback' not in msg
+    errors = process.communicate(timeout=30)[1]
+    assert process.returncode == 0 and 'Traceback' not in errors
     done = run('replay', str(tmp_path / 'bag'))
     assert done.returncode == 2
     assert 'must have a world, and has none among its 0 messages' in done.stderr

@@ -141,7 +141,7 @@ def test_a_folder_that_is_taken_away_is_made_anew_and_can_be_gone_on_from(
         os.kill(started['grid_world'].pid, signal.SIGSTOP)
         shutil.rmtree(folder)
         os.kill(started['grid_world'].pid, signal.SIGCONT)
-        wait_until(log_has(node, f"state_dir '{folder}' was taken away: it is made anew"), 'word')
+        wait_until(log_has(node, f"state_dir '{folder}' was removed: it is created again"), 'word')
         wait_until(lambda: (folder / f'{name}.snapshot').exists(), 'snapshot')
         kill(node)
         node.start()

@@ -1,12 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a node keeps in its `state_dir`, before it says what follows from it."""
+"""The state of a node in its `state_dir`, written before it publishes what follows from it."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from rclpy.node import Node
 
 from comply_ros.storage.state_store import StateStore
 
 
 class Checkpointing:
     """
-    Keeps what an actor was told; without a folder it keeps nothing, and all is well.
+    Writes what an actor received to disk; without a folder it writes nothing, and all is well.
 
     Parameters
     ----------
@@ -15,84 +20,88 @@ class Checkpointing:
 
     Attributes
     ----------
-    keeper: the `StateStore`, None where nothing is kept.
-    trouble: words for why it cannot keep what it has to, None while it can.
+    store: the `StateStore`, None where nothing is stored.
+    error: why it cannot write what it has to, in one sentence; None while it can.
 
     """
 
-    def __init__(self, node, folder):
+    def __init__(self, node: Node, folder: str) -> None:
         self._node, self._folder = node, folder
-        self.keeper, self.trouble = None, None
+        self.store: StateStore | None = None
+        self.error: str | None = None
 
-    def recall(self, identity, kinds):
+    def load(self, identity: Mapping[str, Any], kinds: Sequence[type]) -> Any:
         """
-        Return what was kept, None where nothing was; from now on it is kept.
+        Return what was stored, None where nothing was; from now on `save` stores more.
 
         Raises
         ------
-        StateError: if it cannot be gone on from.
+        StateError: if the node cannot go on from it.
 
         """
         self.close()
         if not self._folder:
             return None
         name = self._node.get_fully_qualified_name().strip('/').replace('/', '.')
-        self.keeper = StateStore(self._folder, name, identity, kinds)
-        return self.keeper.recall()
+        self.store = StateStore(self._folder, name, identity, kinds)
+        return self.store.recall()
 
-    def keep(self, actor):
-        """Return whether what the actor was told is kept now; a new snapshot is made if due."""
+    def save(self, actor: Any) -> bool:
+        """
+        Write what the actor received to the journal, or its whole state to a checkpoint.
+
+        Return whether it is written. If not, call again: the next call writes what is left.
+        """
         try:
-            self._keep(actor)
+            self._write(actor)
         except OSError as error:
-            self._tell(error)
+            if self.error is None:
+                self.error = (f'pauses: state_dir {self._folder!r} cannot be written '
+                              f'({_reason(error)})')
+                self._node.get_logger().error(f'{self.error}; goes on when it can')
             return False
-        if self.trouble:
+        if self.error:
             self._node.get_logger().info('state_dir can be written again: goes on')
-            self.trouble = None
-        if self.keeper and self.keeper.is_due():
-            self._renew(actor)
+            self.error = None
+        if self.store and self.store.is_due():
+            self._renew(self.store, actor)
         return True
 
-    def look(self, actor):
-        """Return whether all is kept; where somebody took the folder away, in a new one."""
-        if self.keeper is None or not self.keeper.is_lost():
+    def save_if_removed(self, actor: Any) -> bool:
+        """Write the state anew where somebody removed the folder; return whether all is saved."""
+        if self.store is None or not self.store.is_lost():
             return True
         self._node.get_logger().warning(
-            f'state_dir {self._folder!r} was taken away: it is made anew')
+            f'state_dir {self._folder!r} was removed: it is created again')
         actor.begins = True
-        return self.keep(actor)
+        return self.save(actor)
 
-    def close(self):
-        """Close what is kept."""
-        if self.keeper:
-            self.keeper.close()
+    def close(self) -> None:
+        """Close the files."""
+        if self.store:
+            self.store.close()
 
-    def _keep(self, actor):
-        """Keep what the actor was told; raises OSError, and the next call does what is left."""
+    def _write(self, actor: Any) -> None:
         try:
-            if self.keeper is None:
+            if self.store is None:
                 return
-            if actor.begins or self.keeper.trouble:
-                self.keeper.begin(*actor.state())
+            if actor.begins or self.store.trouble:
+                self.store.begin(*actor.state())
                 actor.begins = False
             else:
-                self.keeper.keep(actor.told)
+                self.store.keep(actor.told)
         finally:
-            actor.told.clear()  # the state has it, or the keeper
+            actor.told.clear()  # the state has it, or the store
 
-    def _renew(self, actor):
-        """Write a new snapshot; where that cannot be, the journal goes on."""
+    def _renew(self, store: StateStore, actor: Any) -> None:
+        """Write a new checkpoint; where that cannot be, the journal goes on."""
         try:
-            self.keeper.begin(*actor.state())
+            store.begin(*actor.state())
         except OSError as error:
-            self.keeper.put_off()
-            self._node.get_logger().warning(f'no new snapshot in state_dir {self._folder!r} '
-                                            f'({error.strerror.lower()}): the journal goes on')
+            store.put_off()
+            self._node.get_logger().warning(f'no new checkpoint in state_dir {self._folder!r} '
+                                            f'({_reason(error)}): the journal goes on')
 
-    def _tell(self, error):
-        """Say, once, that nothing more can be kept."""
-        if self.trouble is None:
-            self.trouble = (f'pauses: state_dir {self._folder!r} cannot be written '
-                            f'({error.strerror.lower()})')
-            self._node.get_logger().error(f'{self.trouble}; goes on when it can')
+
+def _reason(error: OSError) -> str:
+    return (error.strerror or str(error)).lower()

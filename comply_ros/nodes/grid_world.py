@@ -13,7 +13,6 @@ from comply_ros.nodes.parameters import (
     PROFILE,
     RATE,
     SEED,
-    sets,
     SLOWEST,
 )
 from comply_ros.nodes.protocol_node import map_words, ProtocolNode
@@ -37,7 +36,7 @@ class GridWorldNode(ProtocolNode):
         name, profile, seed = (self.declare(each) for each in (MAP, PROFILE, SEED))
         grid = read_map(name, profile)
         self.actor = GridWorld(grid, Path(name).stem, new_run(), seed, time.time())
-        kept = self.store.recall({'map': map_words(Path(name).stem, grid.sha256), 'seed': seed},
+        kept = self.store.load({'map': map_words(Path(name).stem, grid.sha256), 'seed': seed},
                                  (Action,))
         if kept:
             self.actor.restore(*kept)
@@ -54,7 +53,8 @@ class GridWorldNode(ProtocolNode):
         self.create_timer(FIRST_PAUSE, self._repeat)
         rate = self.declare(RATE)
         check_rate(rate)
-        sets(self, self._pace, check=lambda values: check_rate(values.get('rate', rate)))
+        self.on_parameters_set(
+            self._pace, lambda values: check_rate(values.get('rate', rate)))
         self._pace({'rate': rate})
         self.answer(self.actor.recall())
 

@@ -19,14 +19,13 @@ from comply_ros.learner.presets import find_method
 from comply_ros.nodes.cost_throttle import CostThrottle
 from comply_ros.nodes.parameters import (
     ADVICE_TIMEOUT,
-    field_parameters,
+    config_parameters,
     MAP_PERIOD,
     METHOD,
     ParameterError,
     PROFILE,
     REMEMBERS_ADVICE,
     SEED,
-    sets,
 )
 from comply_ros.nodes.protocol_node import ProtocolNode
 from comply_ros.nodes.spin import run_node
@@ -71,7 +70,7 @@ class LearnerNode(ProtocolNode):
         super().__init__('learner', **kwargs)
         name, profile, seed = (self.declare(each) for each in (METHOD, PROFILE, SEED))
         row = find_method(name, profile)
-        fields = {each.name: self.declare(each) for each in field_parameters(row)}
+        fields = {each.name: self.declare(each) for each in config_parameters(row)}
         method, remembers = replace(row, **fields), self.declare(REMEMBERS_ADVICE)
         self._identity = name, seed, remembers
         self.actor = Learner(method, seed, remembers, 1 + secrets.randbelow(2 ** 32 - 1))
@@ -86,7 +85,7 @@ class LearnerNode(ProtocolNode):
         self.subscribe(WORLD, self.on_world)
         self.subscribe(STATE, self.observe)
         self._listen_to_mentor()
-        sets(self, self._change, self._check_changes)
+        self.on_parameters_set(self._change, self._check_changes)
         self.serves(Trigger, RESET, self.reset)
         self._say_what_was_kept()
 
@@ -159,7 +158,7 @@ class LearnerNode(ProtocolNode):
 
     def _restore(self, identity):
         """Go on from what was kept, if anything was."""
-        kept = self.store.recall(identity, (AnsweredObservation, Recommendation))
+        kept = self.store.load(identity, (AnsweredObservation, Recommendation))
         if kept:
             self.actor.restore(*kept)
             self.set_parameters([RosParameter(name, value=value)
@@ -192,9 +191,9 @@ class LearnerNode(ProtocolNode):
         """Return if parameters may be changed so; raises ValueError."""
         changes = {name: value for name, value in values.items() if name in CHANGES}
         self.actor.changed_method(changes)
-        if changes and self.store.trouble:
+        if changes and self.store.error:
             raise ParameterError(f'a change must be kept before it counts, and this node '
-                                 f'{self.store.trouble}')
+                                 f'{self.store.error}')
 
     def _change(self, values):
         """Go on by other settings, kept before they count."""
@@ -224,7 +223,7 @@ class LearnerNode(ProtocolNode):
         described = self.actor.described
         if outputs and type(outputs[0]) is Notice:
             outputs = (outputs[0], self._describe(turns), *outputs[1:])
-        if self.store.keeper is None or described is None:
+        if self.store.store is None or described is None:
             return outputs
         if self._home not in (None, described.sha256):
             self.mistake = StateError(
@@ -255,20 +254,20 @@ class LearnerNode(ProtocolNode):
         progress = outputs[-1]
         if progress.finished:
             self._tell_finished()
-        elif not self._map_pauses.over():
+        elif not self._map_pauses.is_due():
             return outputs
         return (*outputs, *self._maps(progress.run))
 
     def say(self, outputs):
         """Publish, or log, each of the tuples; what maps cost puts the next ones off."""
         if outputs and type(outputs[-1]) is Policy:
-            self._map_pauses.timed(super().say, outputs)
+            self._map_pauses.go_on(super().say, outputs)
         else:
             super().say(outputs)
 
     def _maps(self, run):
         """Return what is said on `trust` and `policy`."""
-        return self._map_pauses.timed(self._make_maps, run, begins=True)
+        return self._map_pauses.start(self._make_maps, run)
 
     def _make_maps(self, run):
         world, memory = self.actor.world, self.actor.memory

@@ -107,7 +107,7 @@ class MentorNode(ProtocolNode):
         """Return what was kept of this mentor, None where nothing was or has to be."""
         if not self.actor.remembers:
             return None
-        return self.store.recall({
+        return self.store.load({
             'mentor': self._mentor, 'seed': self._seed,
             'map': map_words(self.actor.described.name, self.actor.described.sha256),
             'budget': self.get_parameter('budget').value,

@@ -1,17 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the three nodes share: to listen, to keep, to say, and to tell how they are."""
 
-from rclpy.exceptions import InvalidParameterTypeException
-
 from comply_ros.nodes.checkpointing import Checkpointing
-from comply_ros.nodes.diagnostics import Diagnostics, ERROR, OK, STANDS_ASIDE, WARN
-from comply_ros.nodes.parameters import (
-    declare,
-    ParameterError,
-    SafeParameterNode,
-    STATE_DIR,
-    unknown_overrides,
-)
+from comply_ros.nodes.diagnostics import Diagnostics, ERROR, INACTIVE, OK, WARN
+from comply_ros.nodes.parameters import SafeParameterNode, STATE_DIR
 from comply_ros.nodes.topic_type_check import TopicTypeCheck
 from comply_ros.nodes.topics import decoder, encoder, RECOMMENDATION
 from comply_ros.protocol.messages import Ignored, Inactive, Notice, Rejected
@@ -34,10 +26,7 @@ class ProtocolNode(SafeParameterNode):
     """
 
     def __init__(self, name, **kwargs):
-        try:
-            super().__init__(name, **kwargs)
-        except InvalidParameterTypeException as error:  # of the parameters that every node has
-            raise ParameterError(f'a parameter must be of its type: {error}') from None
+        super().__init__(name, **kwargs)
         self.actor, self.mistake = None, None
         self.health, self._strangers = Diagnostics(self), TopicTypeCheck(self)
         self.store = Checkpointing(self, self.declare(STATE_DIR))
@@ -49,12 +38,6 @@ class ProtocolNode(SafeParameterNode):
         self._retry = self.create_timer(AGAIN, self._try_again)
         self._retry.cancel()
         self.create_timer(1.0, self._look)
-        for unknown in unknown_overrides(self):
-            self.get_logger().warning(f'parameter {unknown!r} is unknown and has no effect')
-
-    def declare(self, parameter):
-        """Declare a parameter and return its value; raises ParameterError."""
-        return declare(self, parameter)
 
     def advertise(self, topic):
         """Make a publisher: tuples of the topic's kind that are said go there."""
@@ -84,7 +67,7 @@ class ProtocolNode(SafeParameterNode):
             elif also_paused:
                 self.say(hear(decode(message)))
         self.create_subscription(topic.message, topic.name, take, topic.qos)
-        self._strangers.watch(topic, has_one_speaker=topic is RECOMMENDATION)
+        self._strangers.watch(topic, single_publisher=topic is RECOMMENDATION)
 
     @property
     def paused(self):
@@ -97,7 +80,7 @@ class ProtocolNode(SafeParameterNode):
             return
         if self._unsaid is not None:
             self._unsaid = (*self._unsaid, *outputs)
-        elif self.store.keep(self.actor):
+        elif self.store.save(self.actor):
             self.say(outputs)
         else:
             self._pause(outputs)
@@ -117,7 +100,7 @@ class ProtocolNode(SafeParameterNode):
 
     def _try_again(self):
         """Keep what could not be kept before, and then say what follows from it."""
-        if self._unsaid is not None and self.store.keep(self.actor):
+        if self._unsaid is not None and self.store.save(self.actor):
             self._retry.cancel()
             self.actor.allow_gap()
             unsaid, self._unsaid = self._unsaid, None
@@ -132,13 +115,13 @@ class ProtocolNode(SafeParameterNode):
         """Once a second: look at what the actor waits for, at the disk, and who else is there."""
         if self.actor is None or self.mistake:
             return
-        if self._unsaid is None and not self.store.look(self.actor):
+        if self._unsaid is None and not self.store.save_if_removed(self.actor):
             self._pause(())
         elif self._unsaid is None:
             self.answer(self.look())
-        for remark in self._strangers.look():
+        for remark in self._strangers.tick():
             self.get_logger().warning(remark)
-        self.health.publish(*self._status(), self.actor.turns, self.store.keeper)
+        self.health.publish(*self._status(), self.actor.turns, self.store.store)
 
     def _status(self):
         """Level and words of how it is; what it has been waiting for is told once."""
@@ -147,8 +130,8 @@ class ProtocolNode(SafeParameterNode):
         self._waited = now, seconds + 1 if now == what else 0
         if now and self._waited[1] == PATIENCE and not self._aside:
             self.get_logger().warning(f'waits for {now}')
-        if self._aside or self.store.trouble:
-            return ERROR, self._aside or self.store.trouble
+        if self._aside or self.store.error:
+            return ERROR, self._aside or self.store.error
         if now and self._waited[1] >= PATIENCE:
             return WARN, f'waits for {now}'
         return OK, self.words()
@@ -158,13 +141,13 @@ class ProtocolNode(SafeParameterNode):
         return 'runs'
 
     def _warn(self, msg):
-        self.health.refused[msg.kind] += 1
-        if self.health.refused[msg.kind] == 1:
+        self.health.rejected[msg.kind] += 1
+        if self.health.rejected[msg.kind] == 1:
             self.get_logger().warning(f'refused: {msg.reason} (told once, counted)')
 
     def _drop(self, msg):
-        self.health.dropped[msg.kind] += 1
-        if self.health.dropped[msg.kind] == 1:
+        self.health.ignored[msg.kind] += 1
+        if self.health.ignored[msg.kind] == 1:
             self.get_logger().info(f'{msg.reason} (harmless; told once, counted)')
 
     def _tell(self, msg):
@@ -172,7 +155,7 @@ class ProtocolNode(SafeParameterNode):
 
     def _stand_aside(self, msg):
         """Fall silent for good: nothing of this node is found on its topics and services."""
-        self._aside = f'{STANDS_ASIDE}: {msg.reason}'
+        self._aside = f'{INACTIVE}: {msg.reason}'
         self.get_logger().error(self._aside)
         for end in self._ends:
             self.destroy_publisher(end)
