@@ -16,10 +16,10 @@ from std_msgs.msg import String
 from test_nodes import (
     digest_of,
     expected,
-    heard,
     LEARNER,
     MENTOR,
     node,
+    received,
     SMALL,
     spin_until,
     trained,
@@ -54,7 +54,7 @@ def says(table, name, words):
 @pytest.mark.parametrize('victim', ['grid_world', 'mentor', 'learner'])
 def test_a_node_that_is_killed_again_and_again_and_started_by_hand_loses_nothing(
         tmp_path, node, victim):
-    msg, moment = heard(node, topics.ACTION), random.Random(victim)
+    msg, moment = received(node, topics.ACTION), random.Random(victim)
     keeps = ('-p', f'state_dir:={tmp_path}/state')
     arguments = {'grid_world': (*SLOW, *keeps), 'mentor': (*MENTOR, *keeps),
                  'learner': (*LONG, *keeps)}
@@ -87,7 +87,7 @@ def test_a_fifth_of_all_messages_lost_late_doubled_or_shuffled_changes_no_bit(tm
 
 
 def test_a_second_learner_stands_aside_and_the_first_one_keeps_the_run(tmp_path, node):
-    msg = heard(node, topics.ACTION)
+    msg = received(node, topics.ACTION)
     with nodes(tmp_path, grid_world=SLOW, mentor=MENTOR, learner=LONG) as started:
         spin_until(node, lambda: len(msg) > 20, 'learning')
         with nodes(tmp_path / 'second', learner=LEARNER) as second:
@@ -98,7 +98,7 @@ def test_a_second_learner_stands_aside_and_the_first_one_keeps_the_run(tmp_path,
 
 
 def test_a_second_world_stands_aside_and_the_first_one_goes_on(tmp_path, node):
-    msg, health = heard(node, topics.ACTION), health_of(node)
+    msg, health = received(node, topics.ACTION), health_of(node)
     with nodes(tmp_path, grid_world=SLOW, mentor=MENTOR, learner=LONG) as started:
         spin_until(node, lambda: len(msg) > 20, 'learning')
         with nodes(tmp_path / 'second', grid_world=('-p', 'map:=free_grid')) as two:
@@ -147,7 +147,8 @@ def test_a_topic_of_another_type_is_warned_of_once(tmp_path, node):
         speaker = node.create_publisher(String, 'state', 1)
         node.create_subscription(String, 'action', print, 1)
         warnings = ('topic /state must have the type comply_msgs/msg/StateReward, but the '
-                    'publisher of /test has std_msgs/msg/String: no messages are exchanged with it',
+                    'publisher of /test has std_msgs/msg/String: no messages are exchanged '
+                    'with it',
                     'topic /action must have the type comply_msgs/msg/Action, but the '
                     'subscription of /test has std_msgs/msg/String: no messages are exchanged '
                     'with it')

@@ -13,31 +13,19 @@ class Checkpointing:
     """
     Writes what an actor received to disk; without a folder it writes nothing, and all is well.
 
-    Parameters
-    ----------
-    node: the rclpy node, for its name and its log.
     folder: the `state_dir`, empty for none.
-
-    Attributes
-    ----------
-    store: the `StateStore`, None where nothing is stored.
-    error: why it cannot write what it has to, in one sentence; None while it can.
-
     """
 
     def __init__(self, node: Node, folder: str) -> None:
         self._node, self._folder = node, folder
         self.store: StateStore | None = None
-        self.error: str | None = None
+        self.error: str | None = None  # why it cannot write what it has to, in one sentence
 
     def load(self, identity: Mapping[str, Any], kinds: Sequence[type]) -> Any:
         """
         Return what was stored, None where nothing was; from now on `save` stores more.
 
-        Raises
-        ------
-        StateError: if the node cannot go on from it.
-
+        Raises StateError if the node cannot go on from it.
         """
         self.close()
         if not self._folder:
@@ -53,18 +41,30 @@ class Checkpointing:
         Return whether it is written. If not, call again: the next call writes what is left.
         """
         try:
-            self._write(actor)
+            if self.store and (actor.begins or self.store.trouble):
+                self.store.begin(*actor.state())
+                actor.begins = False
+            elif self.store:
+                self.store.keep(actor.told)
         except OSError as error:
             if self.error is None:
                 self.error = (f'pauses: state_dir {self._folder!r} cannot be written '
                               f'({_reason(error)})')
                 self._node.get_logger().error(f'{self.error}; goes on when it can')
             return False
+        finally:
+            actor.told.clear()  # the state has it, or the store
         if self.error:
             self._node.get_logger().info('state_dir can be written again: goes on')
             self.error = None
         if self.store and self.store.is_due():
-            self._renew(self.store, actor)
+            try:
+                self.store.begin(*actor.state())
+            except OSError as error:
+                self.store.put_off()
+                self._node.get_logger().warning(
+                    f'no new checkpoint in state_dir {self._folder!r} ({_reason(error)}): the '
+                    'journal goes on')
         return True
 
     def save_if_removed(self, actor: Any) -> bool:
@@ -80,27 +80,6 @@ class Checkpointing:
         """Close the files."""
         if self.store:
             self.store.close()
-
-    def _write(self, actor: Any) -> None:
-        try:
-            if self.store is None:
-                return
-            if actor.begins or self.store.trouble:
-                self.store.begin(*actor.state())
-                actor.begins = False
-            else:
-                self.store.keep(actor.told)
-        finally:
-            actor.told.clear()  # the state has it, or the store
-
-    def _renew(self, store: StateStore, actor: Any) -> None:
-        """Write a new checkpoint; where that cannot be, the journal goes on."""
-        try:
-            store.begin(*actor.state())
-        except OSError as error:
-            store.put_off()
-            self._node.get_logger().warning(f'no new checkpoint in state_dir {self._folder!r} '
-                                            f'({_reason(error)}): the journal goes on')
 
 
 def _reason(error: OSError) -> str:

@@ -11,15 +11,7 @@ TIMES = 60  # the maps' cost that lies between two of them, at least: 2 % of the
 
 
 class CostThrottle:
-    """
-    Measures what something costs, and puts off the next one for long enough.
-
-    Parameters
-    ----------
-    period: seconds between two starts, at least.
-    clock: returns seconds.
-
-    """
+    """Measures what something costs, and puts off the next one, for `period` seconds at least."""
 
     def __init__(self, period: float, clock: Callable[[], float] = time.monotonic) -> None:
         self._period, self._clock = period, clock

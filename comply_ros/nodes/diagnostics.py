@@ -4,11 +4,13 @@
 from collections import Counter
 import os
 import time
+from typing import TYPE_CHECKING
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
 
-from comply_ros.storage.state_store import StateStore
+if TYPE_CHECKING:
+    from comply_ros.storage.state_store import StateStore
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 TOPIC = '/diagnostics'  # of the whole system, whatever the namespace, as ROS tools expect
@@ -33,7 +35,7 @@ class Diagnostics:
         self._publisher = node.create_publisher(DiagnosticArray, TOPIC, 10)
         self._steps, self._time = 0, time.monotonic()
 
-    def publish(self, level: bytes, message: str, steps: int, store: StateStore | None) -> None:
+    def publish(self, level: bytes, message: str, steps: int, store: 'StateStore | None') -> None:
         """
         Publish a status.
 

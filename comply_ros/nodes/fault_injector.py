@@ -33,18 +33,11 @@ class TopicError(ValueError):
 
 
 class FaultInjectorNode(SafeParameterNode):
-    """
-    Publishes on each topic T what it receives on T/before, with faults; for any message type.
-
-    Attributes
-    ----------
-    mistake: None; an exception here would end the node.
-
-    """
+    """Publishes on each topic T what it receives on T/before, with faults; of any type."""
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__('fault_injector', **kwargs)
-        self.mistake = None
+        self.mistake = None  # an exception here would end the node
         names, seed, self._depth = (self.declare(each) for each in (TOPICS, SEED, DEPTH))
         try:
             faults = Faults(**{each.name: self.declare(each) for each in FAULTS})
@@ -122,11 +115,8 @@ def check_topics(node: Node, names: Sequence[str]) -> None:
     """
     Return if the topics can be relayed.
 
-    Raises
-    ------
-    ParameterError: without topics, for one that is named twice, that ROS cannot have, or that a
-        remapping leads back to itself.
-
+    Raises ParameterError without topics, for one that is named twice, that ROS cannot have, or
+    that a remapping leads back to itself.
     """
     if not names:
         raise ParameterError('parameter topics must name a topic, got none')
@@ -151,10 +141,7 @@ def message_type(name: str, types: set[str]) -> type:
     """
     Return the class of a topic's messages, given the types that its publishers have.
 
-    Raises
-    ------
-    TopicError: if they do not agree, or their package is not here.
-
+    Raises TopicError if they do not agree, or their package is not installed.
     """
     if len(types) > 1:
         raise TopicError(f'{name} must have messages of one type, got '

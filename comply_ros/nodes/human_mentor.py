@@ -41,11 +41,6 @@ class HumanMentorNode(ProtocolNode):
     Call all methods but `do` in the thread that spins the node. Those that need a world raise
     ValueError before there is one, and for what cannot be, with a sentence for the person. A
     learner that remembers advice waits for a person only in states without earlier advice.
-
-    Raises
-    ------
-    ParameterError: for a parameter with an invalid value.
-
     """
 
     actor: HumanMentor
@@ -58,7 +53,6 @@ class HumanMentorNode(ProtocolNode):
         self._published_run: int | None = None
         self._has_changed, self._published = False, float('-inf')
         self._calls: SimpleQueue[tuple[Future, Callable[[], Any]]] = SimpleQueue()
-        self._generated: list[tuple[Future, Future, World]] = []
         for topic in (RECOMMENDATION, MENTOR_POLICY):
             self.advertise(topic)
         self.serves(Recommend, RECOMMEND, recommends(self.actor))
@@ -146,8 +140,9 @@ class HumanMentorNode(ProtocolNode):
         """
         self._known_policy()
         world, used = self.actor.world, Future()
-        self._generated.append(
-            (in_background(mentor_policy, read_mentor_spec(spec), world, seed), used, world))
+        in_background(mentor_policy, read_mentor_spec(spec), world, seed).add_done_callback(
+            lambda generated: self._calls.put(
+                (used, lambda: self._use_in(world, generated.result()))))
         return used
 
     def on_world(self, msg: WorldDescription) -> tuple[Any, ...]:
@@ -191,17 +186,13 @@ class HumanMentorNode(ProtocolNode):
             self.answer((map_of_advice(self.actor),))
 
     def _poll(self) -> None:
-        """Give no advice where patience ends, publish, use generated policies, make calls."""
+        """Give no advice where patience ends, publish the map if it is due, make calls."""
         now, waiting = self._pace.seconds(), self.actor.waiting
         if waiting is not self._waiting or self.paused:
             self._waiting, self._since = waiting, now
         elif waiting is not None and now - self._since >= self._patience:
             self.answer(self.actor.give_up())
         self._publish_if_due()
-        for each in [each for each in self._generated if each[0].done()]:
-            self._generated.remove(each)
-            generated, used, world = each
-            _resolve(used, lambda: self._use_in(world, generated.result()))
         while True:
             try:
                 future, function = self._calls.get_nowait()
@@ -209,7 +200,7 @@ class HumanMentorNode(ProtocolNode):
                 return
             _resolve(future, function)
 
-    def _use_in(self, world: World, policy: NDArray[np.int8]) -> None:
+    def _use_in(self, world: World | None, policy: NDArray[np.int8]) -> None:
         if world is not self.actor.world:
             raise PolicyError('a policy must be for the world that is here, and that one is gone')
         self.use(policy)

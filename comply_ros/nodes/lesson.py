@@ -15,7 +15,6 @@ import tempfile
 import time
 from typing import Any
 
-from comply_msgs.srv import Save
 import numpy as np
 from numpy.typing import NDArray
 import rclpy
@@ -24,8 +23,7 @@ from rclpy.signals import SignalHandlerOptions
 import yaml
 
 from comply_ros.learner.learner_config import ConfigError
-from comply_ros.nodes.mentor import in_background
-from comply_ros.nodes.node_processes import NodeDied, NodeProcess
+from comply_ros.nodes.node_processes import NodeDied, NodeProcess, run_nodes
 from comply_ros.nodes.parameters import FASTEST, SLOWEST
 from comply_ros.nodes.run_monitor import LessonFailed, RunMonitor
 from comply_ros.nodes.spin import POLL_PERIOD
@@ -90,18 +88,15 @@ def run_lesson(options: TrainingOptions, disturbance: Disturbance = lambda _: nu
     The processes start at once, but make their nodes only when no other nodes are found on the
     topics of the lesson: loading, planning and discovery take their time together.
 
-    Raises
-    ------
-    NodeDied, LessonFailed: if there is no outcome.
-    PlanningError: for a world without a shortest way to its goal.
-
+    Raises NodeDied or LessonFailed if there is no outcome, PlanningError for a world without a
+    shortest way to its goal.
     """
     rclpy.init(args=['lesson', '--ros-args', '--enclave', '/lesson'],
                signal_handler_options=SignalHandlerOptions.NO)
     try:
         with interrupts() as stop, lock_topics(options.rest.namespace):
-            monitor = RunMonitor(options.rest.namespace, options.grid)
             discovered = time.monotonic() + DISCOVERY
+            monitor = RunMonitor(options.rest.namespace, options.grid)
             with running(options, held=True) as monitor.processes:
                 return _start_and_watch(options, monitor, discovered, stop, disturbance)
     finally:
@@ -109,7 +104,8 @@ def run_lesson(options: TrainingOptions, disturbance: Disturbance = lambda _: nu
 
 
 def _start_and_watch(options, monitor, discovered, stop, disturbance):
-    from comply_ros.terminal.console import progress_bar, words  # loads while the nodes load
+    from comply_ros.nodes.mentor import in_background  # these load while the nodes load
+    from comply_ros.terminal.console import progress_bar, words
     plan = in_background(ReferenceReturns, World(options.grid))
     executor = SingleThreadedExecutor()
     executor.add_node(monitor)
@@ -138,10 +134,7 @@ def lock_topics(namespace: str) -> Generator[None, None, None]:
     """
     Reserve the topics of a ROS domain and namespace for one lesson on this machine.
 
-    Raises
-    ------
-    LessonFailed: if another lesson of this user has them.
-
+    Raises LessonFailed if another lesson of this user has them.
     """
     place = f'{os.getuid()}-{os.environ.get("ROS_DOMAIN_ID") or 0}-{namespace.replace("/", "_")}'
     with open(Path(tempfile.gettempdir()) / f'comply_ros-lesson-{place}.lock', 'w') as lock:
@@ -152,9 +145,8 @@ def lock_topics(namespace: str) -> Generator[None, None, None]:
         yield
 
 
-@contextmanager
 def running(options: TrainingOptions, held: bool = False,
-            ) -> Generator[list[NodeProcess], None, None]:
+            ) -> AbstractContextManager[list[NodeProcess]]:
     """Run the three nodes as processes that end with the block, whatever happens in it."""
     arguments = ['--params-file', str(write_parameters(options))]
     shutil.rmtree(options.out / STATE, ignore_errors=True)  # of an earlier lesson
@@ -162,16 +154,7 @@ def running(options: TrainingOptions, held: bool = False,
         arguments += ['-r', f'__ns:=/{options.rest.namespace.strip("/")}']
     if options.rest.rate:
         arguments += ['-p', f'rate:={options.rest.rate!r}']
-    processes = []
-    try:
-        for name in NODES:
-            processes.append(NodeProcess(name, arguments, options.out, held))
-        yield processes
-    finally:
-        for process in processes:
-            process.interrupt()
-        for process in processes:
-            process.wait()
+    return run_nodes(dict.fromkeys(NODES, arguments), options.out, held)
 
 
 def write_parameters(options: TrainingOptions) -> Path:
@@ -213,30 +196,16 @@ def watch(options: TrainingOptions, monitor: RunMonitor, executor: SingleThreade
             executor.spin_once(timeout_sec=POLL_PERIOD)
             if monitor.unwell:
                 show('; '.join(monitor.unwell.values()))
+
     spin_until(lambda: monitor.finished)
-    seconds = monitor.seconds()
-    saved = save(monitor, (options.out / 'learning.npz').resolve(), spin_until)
-    return monitor.advice, {
-        'seed': options.seed, 'returns': [msg.mean_return for msg in monitor.progress],
-        'steps': monitor.progress[-1].steps, 'wall_seconds': seconds, 'digest': saved.digest}
-
-
-def save(monitor: RunMonitor, path: Path,
-         spin_until: Callable[[Callable[[], bool]], None]) -> Save.Response:
-    """
-    Return the learner's response when it has written all that it learned.
-
-    Raises
-    ------
-    LessonFailed: if it cannot.
-
-    """
-    while True:
-        future, end = monitor.save(path), time.monotonic() + SAVE_TIMEOUT
+    seconds, response = monitor.seconds(), None
+    while response is None or response.message.startswith(ANOTHER):  # of another learner
+        future = monitor.save((options.out / 'learning.npz').resolve())
+        end = time.monotonic() + SAVE_TIMEOUT  # it may have been killed meanwhile
         spin_until(lambda: future.done() or time.monotonic() > end)
         response = future.result()
-        if response is not None and not response.message.startswith(ANOTHER):
-            break  # else it was killed meanwhile, or another learner answered: ask again
     if not response.success:
         raise LessonFailed(f'the learner could not save: {response.message}')
-    return response
+    return monitor.advice, {
+        'seed': options.seed, 'returns': [msg.mean_return for msg in monitor.progress],
+        'steps': monitor.progress[-1].steps, 'wall_seconds': seconds, 'digest': response.digest}

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The nodes of a lesson as processes: started together, watched, and ended cleanly."""
+"""Nodes as processes: started together, watched, and ended cleanly."""
 
-from collections.abc import Iterable
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 import os
 from pathlib import Path
 import signal
@@ -32,14 +33,14 @@ class NodeProcess:
     name: of the executable.
     arguments: after `--ros-args`.
     folder: of the log file, `NAME.log`.
-    held: whether it imports what it needs and then waits for `release` before it makes its node.
+    held: whether it loads what it needs and then waits for `release` before it makes its node.
 
     """
 
-    def __init__(self, name: str, arguments: Iterable[str], folder: Path | str,
+    def __init__(self, name: str, arguments: Sequence[str], folder: Path | str,
                  held: bool = False) -> None:
         self.name, self.log = name, Path(folder) / f'{name}.log'
-        self._arguments, self._starts = tuple(arguments), []
+        self._arguments, self._starts = arguments, []
         self.log.write_bytes(b'')
         self._start(held)
 
@@ -55,14 +56,10 @@ class NodeProcess:
 
     def release(self) -> None:
         """Let a held process make its node."""
-        if self._process.stdin is None:
-            return
-        try:
-            self._process.stdin.write(b'\n')
-            self._process.stdin.close()
-        except BrokenPipeError:
-            pass  # it has died: `check` tells
-        self._process.stdin = None
+        if self._process.stdin:
+            with suppress(BrokenPipeError):  # it has died: `check` tells
+                self._process.stdin.write(b'\n')
+                self._process.stdin.close()
 
     @property
     def pid(self) -> int:
@@ -70,14 +67,7 @@ class NodeProcess:
         return self._process.pid
 
     def check(self) -> None:
-        """
-        Return if the node runs.
-
-        Raises
-        ------
-        NodeDied: if it does not.
-
-        """
+        """Return if the node runs; raises NodeDied."""
         code = self._process.poll()
         if code is not None:
             how = f'exit code {code}' if code >= 0 else f'signal {signal.Signals(-code).name}'
@@ -87,10 +77,7 @@ class NodeProcess:
         """
         Start the node again if it was killed; return whether it was.
 
-        Raises
-        ------
-        NodeDied: if it ended by itself, or was killed too often in too short a time.
-
+        Raises NodeDied if it ended by itself, or was killed too often in too short a time.
         """
         code = self._process.poll()
         if code is None:
@@ -125,3 +112,19 @@ class NodeProcess:
         except subprocess.TimeoutExpired:
             self._process.kill()
             return self._process.wait()
+
+
+@contextmanager
+def run_nodes(arguments: Mapping[str, Sequence[str]], folder: Path | str, held: bool = False,
+              ) -> Generator[list[NodeProcess], None, None]:
+    """Run nodes, with ROS arguments by name, that end with the block, whatever happens in it."""
+    processes = []
+    try:
+        for name, values in arguments.items():
+            processes.append(NodeProcess(name, values, folder, held))
+        yield processes
+    finally:
+        for process in processes:
+            process.interrupt()
+        for process in processes:
+            process.wait()

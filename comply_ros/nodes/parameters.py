@@ -133,12 +133,7 @@ class SafeParameterNode(Node):
     """
     A node that declares parameters of the table above, and lives on after malformed requests.
 
-    It warns of parameters on its command line that no node has.
-
-    Raises
-    ------
-    ParameterError: for a value that a parameter of every ROS node cannot have.
-
+    It warns of parameters on its command line that no node has. Raises ParameterError.
     """
 
     def __init__(self, name: str, **kwargs: Any) -> None:
@@ -154,14 +149,7 @@ class SafeParameterNode(Node):
                 self.get_logger().warning(f'parameter {name!r} is unknown and has no effect')
 
     def declare(self, parameter: Parameter) -> Any:
-        """
-        Declare a parameter and return its value.
-
-        Raises
-        ------
-        ParameterError: for a value of another type, out of range, or not among the choices.
-
-        """
+        """Declare a parameter and return its value; raises ParameterError if it is invalid."""
         try:
             value = self.declare_parameter(
                 parameter.name, parameter.default, descriptor(parameter)).value
@@ -182,12 +170,9 @@ class SafeParameterNode(Node):
                           validate: Callable[[dict[str, Any]], None] = lambda values: None,
                           ) -> None:
         """
-        Let parameters change while the node runs.
+        Let parameters change while the node runs: call `apply` with new values by name.
 
-        apply: called with the new values by name, after they are set.
-        validate: called with them before, when types and ranges are right; raises ValueError,
-            with one sentence, to reject them.
-
+        validate: called with them before they are set; raises ValueError to reject them.
         """
         def check(parameters: list[RosParameter]) -> SetParametersResult:
             try:

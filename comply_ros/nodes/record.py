@@ -30,14 +30,7 @@ class RecordError(RuntimeError):
 
 
 class RecordNode(SafeParameterNode):
-    """
-    Writes every message as it comes over the wire, without looking into it.
-
-    Attributes
-    ----------
-    mistake: an exception in a callback; it ends the node.
-
-    """
+    """Writes every message as it comes over the wire; `mistake` is an error, and ends the node."""
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__('record', **kwargs)
@@ -73,7 +66,7 @@ class RecordNode(SafeParameterNode):
         self._bag.add(name, type_name(message), offered)
         write, counts = self._bag.write, self._bag.counts
 
-        def receive(content: bytes) -> None:
+        def receive(content: Any) -> None:
             try:
                 write(name, time.time_ns(), content)
                 if counts[name] == 1:
@@ -102,14 +95,7 @@ class RecordNode(SafeParameterNode):
 
 
 def new_path(name: str) -> Path:
-    """
-    Return the path of a new bag; without a name one that is named after the time.
-
-    Raises
-    ------
-    ParameterError: if something is there already.
-
-    """
+    """Return the path of a new bag, named after the time by default; raises ParameterError."""
     path = Path(name or time.strftime('runs/bag-%Y-%m-%d-%H-%M-%S')).expanduser()
     if path.exists():
         raise ParameterError('parameter bag must be a folder that does not exist yet, '

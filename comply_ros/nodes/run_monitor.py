@@ -46,27 +46,14 @@ class RunMonitor(SafeParameterNode):
 
     The run of the lesson is the first whose world fits the map and in which a learner reports an
     iteration. No clock of another machine has a say in it.
-
-    Parameters
-    ----------
-    namespace: of the nodes.
-    grid: of the lesson.
-
-    Attributes
-    ----------
-    progress: one `Progress` for each iteration, without gaps.
-    on_progress: called with each of them.
-    processes: the nodes of the lesson, whose health is read.
-    unwell: what each of them that is not well says of itself, by name.
-
     """
 
     def __init__(self, namespace: str, grid: Grid) -> None:
         super().__init__('lesson', namespace=namespace)
-        self.progress: list[Progress] = []
-        self.on_progress: Callable[[Progress], Any] = lambda msg: None
-        self.processes: list[NodeProcess] = []
-        self.unwell: dict[str, str] = {}
+        self.progress: list[Progress] = []  # one for each iteration, without gaps
+        self.on_progress: Callable[[Progress], Any] = lambda msg: None  # called with each
+        self.processes: list[NodeProcess] = []  # whose health is read
+        self.unwell: dict[str, str] = {}  # what those that are not well say, by name
         self._world = World(grid)
         self._run: int | None = None
         # By run, with the time of arrival: worlds that fit, and advice that fits them.
@@ -170,14 +157,7 @@ class RunMonitor(SafeParameterNode):
         self.on_progress(msg)
 
     def _on_diagnostics(self, msg: DiagnosticArray) -> None:
-        """
-        Remember which node of this lesson says that it is not well.
-
-        Raises
-        ------
-        LessonFailed: if it is inactive because of another one.
-
-        """
+        """Remember what nodes that are not well say; raises LessonFailed if one is inactive."""
         names = {process_name(process.pid): process.name for process in self.processes}
         for status in msg.status:
             name = names.get(status.hardware_id)

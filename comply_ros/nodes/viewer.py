@@ -37,18 +37,11 @@ MAX_STATES = 40_000  # of a world that is shown with markers in every state
 
 
 class ViewerNode(SafeParameterNode):
-    """
-    Receives everything, and publishes what changed, by timers; no other node waits for it.
-
-    Attributes
-    ----------
-    mistake: None; an exception here would end the node.
-
-    """
+    """Receives everything, and publishes what changed, by timers; no other node waits for it."""
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__('viewer', **kwargs)
-        self.mistake = None
+        self.mistake = None  # an exception here would end the node
         self._frame, self._cell = self.declare(FRAME), self.declare(CELL_SIZE)
         if not self._frame or self._frame.startswith('/'):  # REP 105
             raise ParameterError('parameter frame must be the name of a frame without a slash in '
