@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 
-from node_processes import run, wait_until
+from node_processes import log_has, nodes, run, wait_until
 import pytest
 
 from comply_ros.experiments import train
@@ -175,3 +175,14 @@ def test_a_mistake_is_told_before_anything_is_started(tmp_path, argv, message):
     assert done.stderr.startswith(message)
     assert done.stderr.count('\n') == 1
     assert not (tmp_path / 'learner.log').exists()
+
+
+def test_a_lesson_makes_no_node_where_others_publish(tmp_path):
+    with nodes(tmp_path / 'others', grid_world=('-p', 'map:=bar_grid')) as others:
+        wait_until(log_has(others['grid_world'], 'ready'), 'another world')
+        done = run('lesson', *SMALL, '--out', str(tmp_path / 'lesson'))
+    assert done.returncode == 1
+    assert done.stderr.endswith('lesson: other nodes publish on the topics of this lesson: end '
+                                'them, or give this one a --namespace of its own\n')
+    for name in ('grid_world', 'mentor', 'learner'):
+        assert (tmp_path / 'lesson' / f'{name}.log').read_text() == ''
