@@ -8,7 +8,7 @@ import subprocess
 import sys
 import time
 
-from comply_ros.nodes.node_processes import NodeProcess, START
+from comply_ros.nodes.node_processes import run_nodes, START
 
 DEADLINE = 90.0
 
@@ -33,16 +33,8 @@ def log_has(node, text):
 def nodes(folder, **arguments):
     """Run nodes by name, started in the order given, each with its ROS arguments."""
     Path(folder).mkdir(exist_ok=True)
-    started = {}
-    try:
-        for name, values in arguments.items():
-            started[name] = NodeProcess(name, values, folder)
-        yield started
-    finally:
-        for node in started.values():
-            node.interrupt()
-        for node in started.values():
-            node.wait()
+    with run_nodes(arguments, folder) as processes:
+        yield {process.name: process for process in processes}
 
 
 def run(name, *arguments, timeout=60, **environment):

@@ -20,7 +20,7 @@ SAID = Progress(1, 3, 40, 15, 100, 2.345, 0.5, 1.0, False)
 
 def view(*, heard=Heard(), words='runs', level=0, **ages):
     """Return a view of nodes that were heard so many seconds ago."""
-    health = {name: Status(level, words, {'dropped: a': '2', 'dropped: b': '1'}, 'process 1',
+    health = {name: Status(level, words, {'ignored: a': '2', 'ignored: b': '1'}, 'process 1',
                            100.0 - age) for name, age in ages.items()}
     return View(Sight(describe_world(GRID, 'small', run=1), World(GRID), heard), health=health, at=100.0)
 
@@ -48,7 +48,7 @@ def test_at_first_nobody_is_missed():
 @pytest.mark.parametrize('level, kind', [(0, 'well'), (1, 'waiting'), (2, 'ill')])
 def test_a_node_is_shown_in_its_own_words_with_what_it_counted(level, kind):
     seen = view(grid_world=0.5, words='waits for a learner', level=level)
-    assert health_words(seen, 'grid_world') == ('waits for a learner, dropped 3', kind)
+    assert health_words(seen, 'grid_world') == ('waits for a learner, ignored 3', kind)
 
 
 def test_a_world_that_says_it_is_paused_is_shown_so():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parameter files and requests that nobody would write: the value, or one sentence."""
+"""Odd parameter files and requests: a node has the value, or tells why not on one line."""
 
 import os
 
@@ -65,6 +65,8 @@ def start(make_node, path):
 @given(make_node=st.sampled_from(list(GIVEN)), number=st.integers(0, 5), value=values)
 @example(make_node=GridWorldNode, number=2, value='[]')
 @example(make_node=GridWorldNode, number=4, value='5')
+@example(make_node=GridWorldNode, number=4, value='"\\x1b[2J"')
+@example(make_node=GridWorldNode, number=2, value='"a\\nb"')
 def test_a_node_has_the_value_of_its_file_or_tells_why_not(path, make_node, number, value):
     name = GIVEN[make_node][number % len(GIVEN[make_node])]
     path.write_text(f'/**:\n  ros__parameters:\n    {name}: {value}\n', errors='replace')
@@ -85,9 +87,10 @@ def test_a_node_has_the_value_of_its_file_or_tells_why_not(path, make_node, numb
     ('{grid_world: {ros__parameters: {seed: []}}}',
      'parameter seed must be an integer such as 1, got []'),
     ('{grid_world: {ros__parameters: {map: []}}}', 'parameter map must be a string, got []'),
-    ('{grid_world: {ros__parameters: {use_sim_time: 5}}}', 'a parameter must be of its type: '
-     "Trying to set parameter 'use_sim_time' to '5' of type 'INTEGER', expecting type 'BOOL': "
-     'use_sim_time'),
+    ('{grid_world: {ros__parameters: {use_sim_time: 5}}}',
+     'parameter use_sim_time must be true or false, got 5'),
+    ('{grid_world: {ros__parameters: {use_sim_time: "a\\nb\\e"}}}',
+     r"parameter use_sim_time must be true or false, got 'a\nb\x1b'"),
     ('{grid_world: {ros__parameters: {map: &a maze, profile: *a}}}',
      "the arguments after --ros-args must be known and valid: Couldn't parse params file: "
      "'--params-file {}'. Error: Will not support aliasing at line 1"),
@@ -99,6 +102,21 @@ def test_a_wrong_parameter_file_is_one_line_and_exit_code_2(path, content, sente
     done = run('grid_world', '--ros-args', '--params-file', str(path))
     assert (done.returncode, done.stdout) == (2, '')
     assert done.stderr == f'grid_world: {sentence.replace("{}", str(path))}\n'
+
+
+def test_every_node_tells_a_wrong_use_sim_time_on_one_line():
+    done = run('viewer', '--ros-args', '-p', 'use_sim_time:=5')
+    assert (done.returncode, done.stderr) == (
+        2, 'viewer: parameter use_sim_time must be true or false, got 5\n')
+
+
+def test_an_unprintable_argument_is_one_printable_line():
+    done = run('grid_world', '--ros-args', '-p', 'map:=\x1b[2J')
+    assert (done.returncode, done.stderr.count('\n')) == (2, 1)
+    assert done.stderr.removesuffix('\n').isprintable()
+    done = run('grid_world', '--ros-args', '-r', '\x1b[2J')
+    assert (done.returncode, done.stderr.count('\n')) == (2, 1)
+    assert done.stderr.removesuffix('\n').isprintable()
 
 
 def test_an_argument_that_is_not_text_is_one_line():
@@ -116,7 +134,7 @@ def test_a_table_in_place_of_a_number_is_warned_of(path, capfd):
 
 
 @pytest.mark.parametrize('rate', [float('nan'), -1.0, 1e-9])
-def test_a_rate_that_cannot_be_kept_is_refused(rate):
+def test_a_rate_that_cannot_be_kept_is_rejected(rate):
     with pytest.raises(ParameterError, match='parameter rate must be 0.0 or at least 0.001, got'):
         check_rate(rate)
 
@@ -145,7 +163,7 @@ def learner(tmp_path, monkeypatch):
     ('nowhere/x', 'nowhere/x: no such file or directory'),
     ('/dev/null/x', '/dev/null/x: not a directory'),
     ('~nobody-at-all/x', '~nobody-at-all/x: no such user')], ids=lambda text: ascii(text)[:20])
-def test_what_cannot_be_saved_there_is_told_and_leaves_nothing(learner, tmp_path, path, message):
+def test_a_path_that_cannot_be_saved_to_is_named_and_unused(learner, tmp_path, path, message):
     os.mkfifo(tmp_path / 'pipe')
     answer = learner.save(Save.Request(path=path), Save.Response())
     assert (answer.success, answer.message, answer.digest) == (False, message, '')

@@ -26,7 +26,7 @@ from comply_ros.mentor.advice_budget import AdviceBudget
 from comply_ros.mentor.mentor_policies import noisy_policy
 from comply_ros.nodes import topics
 from comply_ros.nodes.node_processes import START
-from comply_ros.nodes.run_monitor import can_advise, can_be
+from comply_ros.nodes.run_monitor import is_valid_advice, is_valid_progress
 from comply_ros.numerics.rng import random_streams
 from comply_ros.protocol.grid_world import GridWorld
 from comply_ros.protocol.learner import Learner
@@ -188,7 +188,7 @@ def assert_told_once(started, flood):
     """Check that each kind of refusal is counted, and warned of in one line."""
     for name, process in started.items():
         log = process.log.read_text(errors='replace')
-        kinds = [key for key in flood.told[name] if key.startswith('refused: ')]
+        kinds = [key for key in flood.told[name] if key.startswith('rejected: ')]
         assert kinds and log.count('refused: ') == len(kinds), (name, kinds, log)
         assert 'Traceback' not in log and len(log) < 20_000
         process.check()
@@ -309,12 +309,12 @@ def test_a_name_of_megabytes_is_not_written_into_a_log():
     {'finished': True}, {'episodes': 0}])
 def test_a_report_that_cannot_be_right_is_none_of_a_lesson(wrong):
     right = Progress(7, 1, 9, 5, 80, -3.0, float('nan'), 0.5, False)
-    assert can_be(right) and not can_be(right._replace(**wrong))
+    assert is_valid_progress(right) and not is_valid_progress(right._replace(**wrong))
 
 
 def test_advice_that_no_cell_has_is_none_of_a_lesson():
     world = World(BAR)
-    assert can_advise(POLICY, world)
-    assert not can_advise(POLICY[:-1], world)
+    assert is_valid_advice(POLICY, world)
+    assert not is_valid_advice(POLICY[:-1], world)
     for wrong in (77, -128, int(np.flatnonzero(~world.available[0])[0])):
-        assert not can_advise([wrong, *POLICY[1:]], world)
+        assert not is_valid_advice([wrong, *POLICY[1:]], world)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A real mentor node whose person is this test, beside a real world and learner."""
+"""A human mentor whose person is this test, beside a real world and learner."""
 
 from threading import Event, Thread
 import time
@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.time import Time
 from ros_client import caller
+from rosgraph_msgs.msg import Clock
 
 from comply_ros.mentor.mentor_policies import MentorError
 from comply_ros.mentor.policy_text import PolicyError
@@ -26,12 +28,12 @@ BAR = World(read_map('bar_grid', 'published'))
 
 
 @pytest.fixture
-def person(domain):
+def mentor(domain):
     """Return a `HumanMentorNode` that a thread spins."""
     context, ended = rclpy.Context(), Event()
     rclpy.init(context=context)
     node = HumanMentorNode(context=context)
-    executor = SingleThreadedExecutor(context=context)  # a second EventsExecutor hears nothing
+    executor = SingleThreadedExecutor(context=context)  # a second EventsExecutor receives nothing
     executor.add_node(node)
 
     def spin():
@@ -48,112 +50,137 @@ def person(domain):
 
 
 @pytest.fixture
-def ask(domain):
-    """Return a node that hears the others."""
+def client(domain):
+    """Return a node that receives what the others publish."""
     with caller() as node:
         node.listen(STATE, ACTION, MENTOR_POLICY)
         yield node
 
 
-def done(person, deed):
-    """Return what a deed returns in the thread of the node."""
-    return person.do(deed).result(DEADLINE)
+def call(mentor, function):
+    """Return what a function returns in the thread of the node."""
+    return mentor.do(function).result(DEADLINE)
 
 
-def know_the_world(person):
-    """Wait until the person knows the world."""
-    wait_until(lambda: person.policy is not None, 'world')
+def wait_for_world(mentor):
+    """Wait until the mentor knows the world."""
+    wait_until(lambda: mentor.policy is not None, 'world')
 
 
-def test_before_there_is_a_world_a_person_can_do_nothing_and_is_told_so(person, tmp_path):
-    assert person.policy is None
-    for deed in (lambda: person.paint({0: 1}), person.erase, lambda: person.use(np.zeros(121)),
-                 lambda: person.save(tmp_path / 'a.txt'), lambda: person.load('a.txt'),
-                 lambda: person.spoil(0.1), lambda: person.begin_from('optimal')):
+def test_before_there_is_a_world_every_change_raises_an_error(mentor, tmp_path):
+    assert mentor.policy is None
+    for function in (
+            lambda: mentor.paint({0: 1}), mentor.erase, lambda: mentor.use(np.zeros(121)),
+            lambda: mentor.save(tmp_path / 'a.txt'), lambda: mentor.load('a.txt'),
+            lambda: mentor.spoil(0.1), lambda: mentor.begin_from('optimal')):
         with pytest.raises(PolicyError, match='a policy must be for a world, and none is known'):
-            done(person, deed)
-    assert done(person, lambda: person.steer(1)) is False
+            call(mentor, function)
+    assert call(mentor, lambda: mentor.steer(1)) is False
 
 
-def test_what_is_painted_is_followed_from_the_next_question_on_and_published(
-        person, ask, tmp_path):
+def test_a_policy_is_followed_from_the_next_observation_on_and_published(
+        mentor, client, tmp_path):
     with nodes(tmp_path, grid_world=WORLD, learner=LEARNER):
-        know_the_world(person)
-        ask.until(lambda: ask.heard['mentor_policy'], 'map')
-        assert set(ask.heard['mentor_policy'][-1].action) == {-1}
-        ask.until(lambda: ask.heard['action'], 'action')
-        assert not any(each.followed for each in ask.heard['action'])
-        done(person, lambda: person.use(optimal_policy(BAR)))
-        ask.until(lambda: ask.heard['mentor_policy'][-1].action.count(-1) < 100, 'map')
-        assert list(ask.heard['mentor_policy'][-1].action) == optimal_policy(BAR).tolist()
-        ask.until(lambda: ask.heard['action'][-1].followed, 'trust')
-        done(person, person.erase)
-        count = len(ask.heard['action'])
-        ask.until(lambda: len(ask.heard['action']) > count + 50, 'actions')
-        assert not ask.heard['action'][-1].followed
+        wait_for_world(mentor)
+        client.until(lambda: client.heard['mentor_policy'], 'map')
+        assert set(client.heard['mentor_policy'][-1].action) == {-1}
+        client.until(lambda: client.heard['action'], 'action')
+        assert not any(each.followed for each in client.heard['action'])
+        call(mentor, lambda: mentor.use(optimal_policy(BAR)))
+        client.until(lambda: client.heard['mentor_policy'][-1].action.count(-1) < 100, 'map')
+        assert list(client.heard['mentor_policy'][-1].action) == optimal_policy(BAR).tolist()
+        client.until(lambda: client.heard['action'][-1].followed, 'trust')
+        call(mentor, mentor.erase)
+        count = len(client.heard['action'])
+        client.until(lambda: len(client.heard['action']) > count + 50, 'actions')
+        assert not client.heard['action'][-1].followed
 
 
-def test_a_drag_over_many_cells_publishes_no_more_than_ten_maps_a_second(person, ask, tmp_path):
+def test_a_drag_over_many_cells_publishes_no_more_than_ten_maps_a_second(mentor, client, tmp_path):
     with nodes(tmp_path, grid_world=WORLD):
-        know_the_world(person)
-        ask.until(lambda: ask.heard['mentor_policy'], 'map')
-        began, before = time.monotonic(), len(ask.heard['mentor_policy'])
+        wait_for_world(mentor)
+        client.until(lambda: client.heard['mentor_policy'], 'map')
+        start, before = time.monotonic(), len(client.heard['mentor_policy'])
         for state in np.flatnonzero(BAR.free)[:60].tolist():
             action = int(BAR.available[state].argmax())
-            done(person, lambda state=state, action=action: person.paint({state: action}))
-            ask.executor_.spin_once(timeout_sec=0.0)
-        ask.until(lambda: list(ask.heard['mentor_policy'][-1].action) == person.policy.tolist(),
-                  'last map')
-        maps = len(ask.heard['mentor_policy']) - before
-        assert 0 < maps <= 2 + 10 * (time.monotonic() - began)
+            call(mentor, lambda state=state, action=action: mentor.paint({state: action}))
+            client.executor_.spin_once(timeout_sec=0.0)
+        client.until(lambda: list(client.heard['mentor_policy'][-1].action)
+                     == mentor.policy.tolist(), 'last map')
+        maps = len(client.heard['mentor_policy']) - before
+        assert 0 < maps <= 2 + 10 * (time.monotonic() - start)
 
 
-def test_a_policy_is_saved_loaded_spoiled_and_generated(person, ask, tmp_path):
+def test_a_policy_is_saved_loaded_spoiled_and_generated(mentor, client, tmp_path):
     with nodes(tmp_path, grid_world=WORLD):
-        know_the_world(person)
-        used = done(person, lambda: person.begin_from('optimal'))
+        wait_for_world(mentor)
+        used = call(mentor, lambda: mentor.begin_from('optimal'))
         used.result(DEADLINE)
-        assert (person.policy == optimal_policy(BAR)).all()
-        done(person, lambda: person.save(tmp_path / 'mine.txt'))
-        done(person, lambda: person.spoil(0.5, seed=1))
-        spoiled = (person.policy != optimal_policy(BAR)).sum()
+        assert (mentor.policy == optimal_policy(BAR)).all()
+        call(mentor, lambda: mentor.save(tmp_path / 'mine.txt'))
+        call(mentor, lambda: mentor.spoil(0.5, seed=1))
+        spoiled = (mentor.policy != optimal_policy(BAR)).sum()
         assert 10 < spoiled < 60
-        done(person, lambda: person.load(tmp_path / 'mine.txt'))
-        assert (person.policy == optimal_policy(BAR)).all()
+        call(mentor, lambda: mentor.load(tmp_path / 'mine.txt'))
+        assert (mentor.policy == optimal_policy(BAR)).all()
         (tmp_path / 'bad.txt').write_text('<<<\n')
-        for deed, kind, sentence in (
-                (lambda: person.load(tmp_path / 'no.txt'), PolicyError, 'must be readable, got '),
-                (lambda: person.load(tmp_path / 'bad.txt'), PolicyError, 'a row for each of the'),
-                (lambda: person.save(tmp_path), PolicyError, 'must be written to a file, got '),
-                (lambda: person.save(tmp_path / 'no' / 'a'), PolicyError, 'no such file'),
-                (lambda: person.save('a\0b'), PolicyError, 'no file can have this name'),
-                (lambda: person.spoil(1.5), MentorError, 'a share must lie in'),
-                (lambda: person.spoil(float('nan')), MentorError, 'a share must lie in'),
-                (lambda: person.begin_from('wise'), MentorError, 'a mentor must be one of')):
+        for function, kind, sentence in (
+                (lambda: mentor.load(tmp_path / 'no.txt'), PolicyError, 'must be readable, got '),
+                (lambda: mentor.load(tmp_path / 'bad.txt'), PolicyError, 'a row for each of the'),
+                (lambda: mentor.save(tmp_path), PolicyError, 'must be written to a file, got '),
+                (lambda: mentor.save(tmp_path / 'no' / 'a'), PolicyError, 'no such file'),
+                (lambda: mentor.save('a\0b'), PolicyError, 'no file can have this name'),
+                (lambda: mentor.spoil(1.5), MentorError, 'a share must lie in'),
+                (lambda: mentor.spoil(float('nan')), MentorError, 'a share must lie in'),
+                (lambda: mentor.begin_from('wise'), MentorError, 'a mentor must be one of')):
             with pytest.raises(kind, match=sentence):
-                done(person, deed)
-        assert (person.policy == optimal_policy(BAR)).all()
+                call(mentor, function)
+        assert (mentor.policy == optimal_policy(BAR)).all()
 
 
-def test_while_steering_the_robot_waits_for_the_person_but_not_for_ever(person, ask, tmp_path):
+def test_while_steering_the_robot_waits_until_patience_ends(mentor, client, tmp_path):
     with nodes(tmp_path, grid_world=WORLD):
-        assert ask.set('mentor', patience=300.0) == ''
-        know_the_world(person)
-        done(person, lambda: setattr(person, 'steering', True))
+        assert client.set('mentor', patience=300.0) == ''
+        wait_for_world(mentor)
+        call(mentor, lambda: setattr(mentor, 'steering', True))
         with nodes(tmp_path, learner=LEARNER):
             for _ in range(3):
-                waiting = wait_until(lambda: person.actor.waiting, 'question')
-                assert 0.0 < wait_until(lambda: person.seconds_left, 'clock') <= 300.0
+                waiting = wait_until(lambda: mentor.actor.waiting, 'observation')
+                assert 0.0 < wait_until(lambda: mentor.seconds_left, 'clock') <= 300.0
                 action = int(BAR.available[waiting.state].argmax())
-                assert done(person, lambda action=action: person.steer(action))
-                ask.until(lambda waiting=waiting: ask.heard['action'] and
-                          ask.heard['action'][-1][:3] == waiting[:3], 'action')
-                msg = ask.heard['action'][-1]
+                assert call(mentor, lambda action=action: mentor.steer(action))
+                client.until(lambda waiting=waiting: client.heard['action'] and
+                             client.heard['action'][-1][:3] == waiting[:3], 'action')
+                msg = client.heard['action'][-1]
                 assert (msg.action, msg.followed) == (action, True)
-                assert person.policy[waiting.state] == action
-            wait_until(lambda: person.actor.waiting, 'question')
-            assert ask.set('mentor', patience=0.05) == ''
-            count = len(ask.heard['action'])
-            ask.until(lambda: len(ask.heard['action']) > count + 3, 'actions without a person')
-            assert not ask.heard['action'][-1].followed
-            assert 'out of range' in ask.set('mentor', patience=0.0)
+                assert mentor.policy[waiting.state] == action
+            wait_until(lambda: mentor.actor.waiting, 'observation')
+            assert client.set('mentor', patience=0.05) == ''
+            count = len(client.heard['action'])
+            client.until(lambda: len(client.heard['action']) > count + 3, 'actions without advice')
+            assert not client.heard['action'][-1].followed
+            assert 'out of range' in client.set('mentor', patience=0.0)
+
+
+def test_patience_follows_ros_time_where_use_sim_time_is_set(mentor, client, tmp_path):
+    publisher = client.create_publisher(Clock, '/clock', 1)
+
+    def set_ros_time(seconds):
+        message = Clock(clock=Time(nanoseconds=round(seconds * 1e9)).to_msg())
+
+        def is_received():
+            publisher.publish(message)
+            return abs(mentor.get_clock().now().nanoseconds / 1e9 - seconds) < 1e-6
+        client.until(is_received, 'time')
+
+    assert client.set('mentor', use_sim_time=True, patience=1.0) == ''
+    set_ros_time(100.0)
+    call(mentor, lambda: setattr(mentor, 'steering', True))
+    with nodes(tmp_path, grid_world=WORLD, learner=LEARNER):
+        waiting = wait_until(lambda: mentor.actor.waiting, 'observation')
+        wait_until(lambda: mentor.seconds_left == 1.0, 'full patience')
+        time.sleep(1.5)
+        assert mentor.actor.waiting is waiting and mentor.seconds_left == 1.0
+        set_ros_time(101.5)
+        client.until(lambda: client.heard['action'], 'action without advice')
+        assert not client.heard['action'][0].followed

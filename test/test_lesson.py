@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The lesson: real processes, and the bits of `train`."""
+"""A lesson is real processes, and gives the bits of `train`."""
 
 import json
 import os
@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 
-from node_processes import run, wait_until
+from node_processes import log_has, nodes, run, wait_until
 import pytest
 
 from comply_ros.experiments import train
@@ -54,7 +54,7 @@ def test_lesson_gives_the_digest_of_train(tmp_path, method):
 
 
 @pytest.mark.parametrize('method', [name for name in METHODS['published'] if name not in LONG])
-def test_a_short_lesson_of_every_other_method_does_too(tmp_path, method):
+def test_a_short_lesson_of_every_other_method_gives_it_too(tmp_path, method):
     assert_equal_but_for_time(
         trained(tmp_path / 'train', *SMALL, '--method', method),
         taught(tmp_path / 'lesson', *SMALL, '--method', method))
@@ -70,7 +70,7 @@ def test_lesson_gives_the_digest_of_train_as_the_text_says(tmp_path, method):
 @pytest.mark.parametrize('argv', [
     ('--mentor', 'noisy:0.3@0.4', '--map', 'maze_as_run'),
     ('--budget', '20', '--advising', 'important'), ('--budget', '20', '--advising', 'mistakes')])
-def test_a_mentor_that_says_little_says_the_same_over_topics(tmp_path, argv):
+def test_a_mentor_with_little_advice_gives_the_same_over_topics(tmp_path, argv):
     argv = (*SMALL, *argv)
     assert_equal_but_for_time(trained(tmp_path / 'train', *argv),
                               taught(tmp_path / 'lesson', *argv))
@@ -85,7 +85,7 @@ def test_a_lesson_leaves_results_logs_and_its_parameters(tmp_path):
         assert 'Traceback' not in (tmp_path / f'{name}.log').read_text()
 
 
-def test_a_map_and_a_policy_of_ones_own_are_taught(tmp_path, monkeypatch):
+def test_a_map_and_a_policy_from_files_are_used(tmp_path, monkeypatch):
     (tmp_path / 'mine.yaml').write_text(
         'intended: 0.9\nstep_limit: 40\nrewards: {step: -1, goal: 9}\nstarts: anywhere\n'
         "rows: ['..G', '...']\n")
@@ -121,10 +121,10 @@ def test_a_node_that_dies_ends_the_lesson_with_its_name(lesson, name):
     process, folder = lesson
     ids = children(process)
     os.kill(ids[name], signal.SIGKILL)
-    msg = process.communicate(timeout=30)[1]
+    errors = process.communicate(timeout=30)[1]
     assert process.returncode == 1
-    assert f'lesson: {name} ended with signal SIGKILL; its last lines:\n' in msg
-    assert 'ready' in msg and 'Traceback' not in msg
+    assert f'lesson: {name} ended with signal SIGKILL; its last lines:\n' in errors
+    assert 'ready' in errors and 'Traceback' not in errors
     assert not any(os.path.exists(f'/proc/{pid}') for pid in ids.values())
     assert not (folder / 'summary.json').exists()
 
@@ -134,9 +134,9 @@ def test_ctrl_c_ends_a_lesson_and_its_nodes(lesson, number):
     process, folder = lesson
     ids = children(process)
     process.send_signal(number)
-    msg = process.communicate(timeout=30)[1]
+    errors = process.communicate(timeout=30)[1]
     assert process.returncode == 130
-    assert msg.endswith('lesson: interrupted\n') and 'Traceback' not in msg
+    assert errors.endswith('lesson: interrupted\n') and 'Traceback' not in errors
     assert len(ids) == 3
     assert not any(os.path.exists(f'/proc/{pid}') for pid in ids.values())
 
@@ -149,17 +149,17 @@ def test_a_lesson_that_is_killed_takes_its_nodes_along(lesson):
     wait_until(lambda: not any(os.path.exists(f'/proc/{pid}') for pid in ids.values()), 'end')
 
 
-def test_a_second_lesson_on_the_same_topics_stands_aside(lesson, tmp_path):
+def test_a_second_lesson_on_the_same_topics_is_rejected(lesson, tmp_path):
     process, _ = lesson
     done = run('lesson', *SMALL, '--out', str(tmp_path / 'second'))
     assert done.returncode == 1
-    assert done.stderr.endswith('lesson: other nodes speak on the topics of this lesson: end '
+    assert done.stderr.endswith('lesson: other nodes publish on the topics of this lesson: end '
                                 'them, or give this one a --namespace of its own\n')
     assert not (tmp_path / 'second' / 'learner.log').exists()
     assert process.poll() is None  # the first one goes on
 
 
-def test_a_namespace_lets_a_second_lesson_be_held(lesson, tmp_path):
+def test_a_namespace_allows_a_second_lesson(lesson, tmp_path):
     assert_equal_but_for_time(trained(tmp_path / 'a', *SMALL),
                               taught(tmp_path / 'b', *SMALL, '--namespace', 'second'))
 
@@ -169,9 +169,20 @@ def test_a_namespace_lets_a_second_lesson_be_held(lesson, tmp_path):
     (('--rate', '-1'), 'lesson: rate must be 0 or lie in [0.001, 1000], got -1'),
     (('--namespace', '2 b'), "lesson: a namespace is made of letters, digits, _ and /, got '2 b'"),
 ])
-def test_a_mistake_is_said_before_anything_is_started(tmp_path, argv, message):
+def test_a_mistake_is_told_before_anything_is_started(tmp_path, argv, message):
     done = run('lesson', *SMALL, *argv, '--out', str(tmp_path))
     assert done.returncode == 2
     assert done.stderr.startswith(message)
     assert done.stderr.count('\n') == 1
     assert not (tmp_path / 'learner.log').exists()
+
+
+def test_a_lesson_makes_no_node_where_others_publish(tmp_path):
+    with nodes(tmp_path / 'others', grid_world=('-p', 'map:=bar_grid')) as others:
+        wait_until(log_has(others['grid_world'], 'ready'), 'another world')
+        done = run('lesson', *SMALL, '--out', str(tmp_path / 'lesson'))
+    assert done.returncode == 1
+    assert done.stderr.endswith('lesson: other nodes publish on the topics of this lesson: end '
+                                'them, or give this one a --namespace of its own\n')
+    for name in ('grid_world', 'mentor', 'learner'):
+        assert (tmp_path / 'lesson' / f'{name}.log').read_text() == ''

@@ -71,15 +71,15 @@ def spin_until(node, condition, what, deadline=40.0):
     executor.remove_node(node)
 
 
-def heard(node, topic):
-    """Return the list of what is said on a topic from now on."""
-    msg = []
-    node.create_subscription(topic.message, topic.name, msg.append, topic.qos)
-    return msg
+def received(node, topic):
+    """Return the list of messages on a topic from now on."""
+    messages = []
+    node.create_subscription(topic.message, topic.name, messages.append, topic.qos)
+    return messages
 
 
 def digest_of(learner):
-    """Return the digest that a learner has logged, as soon as it has."""
+    """Return the digest that a learner logs when it has finished."""
     wait_until(log_has(learner, 'finished'), 'end of the learning')
     return re.search(DIGEST, learner.log.read_text())[1]
 
@@ -102,7 +102,7 @@ def test_ctrl_c_at_any_moment_ends_a_node_cleanly(tmp_path, name):
     for number, milliseconds in enumerate(sorted(moments)):
         with nodes(tmp_path / str(number), **{name: ()}) as started:
             process = started[name]
-            wait_until(lambda: hears_ctrl_c(process.pid), 'first line of ours')
+            wait_until(lambda: catches_ctrl_c(process.pid), 'first line of ours')
             begin = time.monotonic()
             wait_until(lambda: time.monotonic() - begin > milliseconds / 1000, 'moment')
             process.interrupt()
@@ -110,7 +110,7 @@ def test_ctrl_c_at_any_moment_ends_a_node_cleanly(tmp_path, name):
             assert 'Traceback' not in process.log.read_text()
 
 
-def hears_ctrl_c(pid):
+def catches_ctrl_c(pid):
     """Tell whether our own handlers are there: Python itself does not catch SIGTERM."""
     with open(f'/proc/{pid}/status') as status:
         caught = re.search(r'SigCgt:\s*(\w+)', status.read())
@@ -119,10 +119,10 @@ def hears_ctrl_c(pid):
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
 def test_nodes_end_cleanly_in_the_middle_of_the_learning(tmp_path, node, number):
-    msg = heard(node, topics.ACTION)
+    actions = received(node, topics.ACTION)
     with nodes(tmp_path, grid_world=SMALL, mentor=MENTOR,
                learner=('-p', 'iterations:=0')) as started:
-        spin_until(node, lambda: len(msg) > 200, 'learning')
+        spin_until(node, lambda: len(actions) > 200, 'learning')
         for process in started.values():
             os.kill(process.pid, number)
         assert {name: p.wait() for name, p in started.items()} == dict.fromkeys(started, 0)
@@ -140,14 +140,16 @@ def test_every_field_of_a_method_is_a_parameter_with_a_description(tmp_path, nod
     with nodes(tmp_path, grid_world=(), mentor=(), learner=()):
         for name, names in expect.items():
             listed = call(node, ListParameters, f'/{name}/list_parameters')
-            ours = {each for each in listed.result.names if '.' not in each} - parameters.ROS
+            ours = {each for each in listed.result.names if '.' not in each} - {
+                each.name for each in parameters.ROS_PARAMETERS}
             assert ours == names
             described = call(node, DescribeParameters, f'/{name}/describe_parameters',
                              names=sorted(ours)).descriptors
             assert all(len(each.description) > 5 for each in described)
             ranged = {each.name for each in described
                       if each.floating_point_range or each.integer_range}
-            assert ranged >= {n for n in ours if n in CONFIG_FIELDS and CONFIG_FIELDS[n].metadata['high']}
+            assert ranged >= {name for name in ours if name in CONFIG_FIELDS
+                              and CONFIG_FIELDS[name].metadata['high']}
 
 
 def call(node, kind, name, **request):
@@ -187,7 +189,7 @@ def test_a_wrong_parameter_is_one_line_and_exit_code_2(name, argument, message):
     assert done.stderr == message + '\n'
 
 
-def test_what_is_no_ros_argument_is_refused():
+def test_an_argument_that_is_not_for_ros_is_rejected():
     done = run('learner', '-p', 'method:=explicit')
     assert done.returncode == 2
     assert done.stderr == (
@@ -199,12 +201,12 @@ def test_what_is_no_ros_argument_is_refused():
     ('learner', 'waits for a world: is a grid_world running?'),
     ('mentor', 'waits for a world: is a grid_world running?'),
     ('grid_world', 'waits for an action in episode 1, step 0: is a learner running, or has it ')])
-def test_a_node_that_waits_says_for_what(tmp_path, name, what):
+def test_a_node_that_waits_logs_for_what(tmp_path, name, what):
     with nodes(tmp_path, **{name: ()}) as started:
         assert wait_until(log_has(started[name], what), what)
 
 
-def test_a_world_that_comes_back_while_its_mentor_is_made_is_served(tmp_path, monkeypatch):
+def test_a_world_that_comes_back_while_its_mentor_is_generated_gets_advice(tmp_path, monkeypatch):
     monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path / 'cache'))
     with nodes(tmp_path, mentor=('-p', 'mentor:=snapshot:0.999')) as started:
         for _ in range(2):
@@ -215,7 +217,7 @@ def test_a_world_that_comes_back_while_its_mentor_is_made_is_served(tmp_path, mo
         assert 'Traceback' not in started['mentor'].log.read_text()
 
 
-def test_a_world_that_is_killed_and_comes_back_is_learned_on(tmp_path):
+def test_learning_goes_on_in_a_world_that_is_killed_and_comes_back(tmp_path):
     with nodes(tmp_path, mentor=MENTOR, learner=LEARNER) as started:
         with nodes(tmp_path / 'first', grid_world=SMALL) as world:
             wait_until(log_has(started['learner'], 'begins to learn'), 'learning')
@@ -225,7 +227,7 @@ def test_a_world_that_is_killed_and_comes_back_is_learned_on(tmp_path):
             assert digest_of(started['learner'])
 
 
-def test_wrong_ros_arguments_are_one_sentence():
+def test_wrong_ros_arguments_are_one_line():
     done = run('learner', '--ros-args', '--params-file', '/nowhere.yaml')
     assert done.returncode == 2
     assert 'learner: the arguments after --ros-args must be known and valid: ' in done.stderr
@@ -243,10 +245,10 @@ def test_a_policy_that_does_not_fit_ends_the_mentor_with_one_line(tmp_path):
     with nodes(tmp_path, grid_world=SMALL,
                mentor=('-p', f'mentor:=file:{tmp_path}/policy.txt')) as started:
         assert wait_until(lambda: started['mentor']._process.poll(), 'end') == 2
-        msg = started['mentor'].log.read_text()
-        assert msg.endswith('mentor: a policy must have a row for each of the 11 rows of the '
+        log = started['mentor'].log.read_text()
+        assert log.endswith('mentor: a policy must have a row for each of the 11 rows of the '
                              'map, got 1\n')
-        assert 'Traceback' not in msg
+        assert 'Traceback' not in log
 
 
 def test_the_rate_changes_while_the_world_runs(tmp_path, node):
@@ -258,28 +260,28 @@ def test_the_rate_changes_while_the_world_runs(tmp_path, node):
         return call(node, SetParameters, '/grid_world/set_parameters',
                     parameters=[Parameter(name='rate', value=value)]).results[0]
 
-    def seconds_for(count):  # by the clock of the world: how late they are heard does not count
-        already = len(msg)
-        spin_until(node, lambda: len(msg) > already + count, f'{count} states')
-        return (msg[already + count] - msg[already]) / 1e9
+    def seconds_for(count):  # by the clock of the world: how late they arrive does not count
+        already = len(times)
+        spin_until(node, lambda: len(times) > already + count, f'{count} states')
+        return (times[already + count] - times[already]) / 1e9
 
-    msg = []
+    times = []
     node.create_subscription(
         topics.STATE.message, topics.STATE.name,
-        lambda message, info: msg.append(info['source_timestamp']), topics.STATE.qos)
+        lambda message, info: times.append(info['source_timestamp']), topics.STATE.qos)
     with nodes(tmp_path, grid_world=(*SMALL, '-p', 'rate:=20.0'), mentor=MENTOR,
                learner=('-p', 'iterations:=0')):
-        spin_until(node, lambda: len(msg) > 2, 'states')
+        spin_until(node, lambda: len(times) > 2, 'states')
         assert seconds_for(20) > 0.5
         assert not set_rate(5000.0).successful
         assert set_rate(0.0).successful
-        spin_until(node, lambda: len(msg) > 300, 'states at full speed')
+        spin_until(node, lambda: len(times) > 300, 'states at full speed')
         assert set_rate(10.0).successful
         seconds_for(3)
         assert seconds_for(10) > 0.5
 
 
-def test_a_namespace_gives_a_second_robot(tmp_path, expected):
+def test_a_namespace_allows_a_second_lesson(tmp_path, expected):
     there = ('-r', '__ns:=/second')
     with nodes(tmp_path / 'a', grid_world=SMALL, mentor=MENTOR, learner=LEARNER) as here, \
             nodes(tmp_path / 'b', grid_world=SMALL + there, mentor=MENTOR + there,
@@ -322,22 +324,23 @@ def test_the_learner_saves_on_request(tmp_path, node, expected):
 
 
 def test_maps_over_all_states_are_published(tmp_path, node):
-    trust, policy, advice = (heard(node, topic) for topic in (
+    trust, policy, advice = (received(node, topic) for topic in (
         topics.TRUST, topics.POLICY, topics.MENTOR_POLICY))
     with nodes(tmp_path, grid_world=SMALL, mentor=MENTOR, learner=LEARNER) as started:
         digest_of(started['learner'])
         spin_until(node, lambda: trust and policy and advice, 'maps')
     world = World(read_map('bar_grid', 'published'))
-    assert list(advice[-1].action) == mentor_policy(read_mentor_spec('noisy:0.3'), world, 0).tolist()
+    expected = mentor_policy(read_mentor_spec('noisy:0.3'), world, 0)
+    assert list(advice[-1].action) == expected.tolist()
     assert len(trust[-1].confidence) == len(policy[-1].action) == 121
     assert all(0.0 <= p <= 1.0 for p in trust[-1].confidence)
 
 
-def test_messages_that_cannot_be_right_are_refused_once_and_change_nothing(
+def test_invalid_messages_are_rejected_logged_once_and_change_nothing(
         tmp_path, node, expected):
-    worlds, states = heard(node, topics.WORLD), heard(node, topics.STATE)
+    worlds, states = received(node, topics.WORLD), received(node, topics.STATE)
     with nodes(tmp_path, grid_world=SMALL, learner=LEARNER) as started:
-        spin_until(node, lambda: worlds and states, 'a question')
+        spin_until(node, lambda: worlds and states, 'an observation')
         wait_until(log_has(started['learner'], 'begins to learn'), 'learner')
         run_id = worlds[-1].run
         state = {'run': run_id, 'episode': 1, 'step': 0}
@@ -362,16 +365,17 @@ def test_messages_that_cannot_be_right_are_refused_once_and_change_nothing(
             publisher = node.create_publisher(topic.message, topic.name, topic.qos)
             logged = log_has(started[name], f'refused: {sentence}')
 
-            def say_it_until_it_is_heard():
+            def publish_until_it_is_logged():
                 publisher.publish(topic.message(**{**state, **wrong}))
                 return logged()
-            wait_until(say_it_until_it_is_heard, sentence)
+            wait_until(publish_until_it_is_logged, sentence)
             for _ in range(20):
                 publisher.publish(topic.message(**{**state, **wrong}))
             node.destroy_publisher(publisher)
         for name in started:
-            told = re.findall(r'refused: (\w+ \w+ must \w+ \w+)', started[name].log.read_text())
-            assert len(told) == len(set(told))
+            log = started[name].log.read_text()
+            rejections = re.findall(r'refused: (\w+ \w+ must \w+ \w+)', log)
+            assert len(rejections) == len(set(rejections))
         with nodes(tmp_path, mentor=MENTOR):
             assert digest_of(started['learner']) == expected
 

@@ -20,14 +20,14 @@ from comply_ros.nodes.node_processes import START
 FOLDER = Path(__file__).parents[1] / 'config' / 'security'
 NODES = ('grid_world', 'mentor', 'learner', 'lesson', 'viewer')
 OTHERS = {'teleop_mentor': 'mentor'}  # executables in the place of a node, and its name
-# A mentor that waits for mistakes hears actions too; slow, since it is only looked at.
+# A mentor that waits for mistakes subscribes to actions too; slow, since it is only looked at.
 LESSON = ('--map', 'bar_grid', '--mentor', 'optimal', '--iterations', '100000', '--rate', '5',
           '--budget', '20', '--advising', 'mistakes')
 LOOKS = {'publish': Node.get_publisher_names_and_types_by_node,
          'subscribe': Node.get_subscriber_names_and_types_by_node,
          'reply': Node.get_service_names_and_types_by_node,
          'request': Node.get_client_names_and_types_by_node}
-SPEAKS_ON = {
+PUBLISHES = {
     'grid_world': (topics.WORLD, topics.STATE, topics.EPISODE),
     'mentor': (topics.RECOMMENDATION, topics.MENTOR_POLICY),
     'learner': (topics.DESCRIPTION, topics.ACTION, topics.PROGRESS, topics.TRUST, topics.POLICY,
@@ -119,13 +119,13 @@ def test_a_policy_grants_exactly_what_the_mentor_at_a_terminal_uses():
 
 
 @pytest.mark.parametrize('name, topic', [
-    (name, topic.name) for name, spoken in SPEAKS_ON.items() for topic in spoken])
-def test_on_a_topic_its_node_may_speak_and_no_other(name, topic):
+    (name, topic.name) for name, published in PUBLISHES.items() for topic in published])
+def test_a_topic_may_be_published_by_its_node_and_no_other(name, topic):
     assert [each for each in NODES if ('publish', f'/{topic}') in granted(each)] == [name]
 
 
-def test_every_topic_has_the_node_that_speaks_on_it():
-    assert sorted(topic.name for spoken in SPEAKS_ON.values() for topic in spoken) == sorted(
+def test_every_topic_has_the_node_that_publishes_it():
+    assert sorted(topic.name for published in PUBLISHES.values() for topic in published) == sorted(
         each.name for each in vars(topics).values() if isinstance(each, topics.Topic))
 
 

@@ -31,7 +31,7 @@ def test_a_parameter_is_listed_described_set_and_read(running):
     assert '/grid_world:\n  map\n' in listed and '/mentor:\n  advising\n' in listed
     assert run('param', 'describe', 'grid_world', 'rate').stdout == (
         'Parameter name: rate\n  Type: double\n'
-        '  Description: Steps per second; 0: as fast as the loop goes\n'
+        '  Description: Steps per second; 0: as fast as possible\n'
         '  Constraints:\n    Min value: 0.0\n    Max value: 1000.0\n')
     assert run('param', 'set', '/grid_world', 'rate', '25').stdout == 'Set parameter successful\n'
     assert run('param', 'get', '/grid_world', 'rate').stdout == 'Double value is: 25.0\n'

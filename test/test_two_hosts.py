@@ -15,33 +15,33 @@ LACK = missing()
 needs_two_hosts = pytest.mark.skipif(bool(LACK), reason=LACK or 'all that is needed is here')
 RATE = ('-p', 'rate:=100.0')  # 572 steps: six seconds of learning
 PULLED = 10.0  # seconds
-IN_FLIGHT = 1.0  # seconds after which all that was said before the pull is heard and printed
+IN_FLIGHT = 1.0  # seconds after which all messages from before the pull are received and printed
 COUNT_ACTIONS = """
 import rclpy
 from comply_ros.nodes.topics import ACTION
 rclpy.init()
 node = rclpy.create_node('counter')
 node.create_subscription(ACTION.message, ACTION.name, lambda _: print('action', flush=True), 100)
-print('listens', flush=True)
+print('subscribed', flush=True)
 rclpy.spin(node)
 """
 
 
 @pytest.fixture
 def across_machines(domain, monkeypatch):
-    """Let nodes look for each other on the network, as the README says for two machines."""
+    """Let nodes find each other on the network, as the README says for two machines."""
     monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'SUBNET')
 
 
 @contextmanager
 def counted_actions(folder):
-    """Give a function that counts what is said on `action`, heard from now on."""
+    """Give a function that counts the messages on `action` from now on."""
     path = folder / 'counter.log'
     with path.open('wb') as output:
         counter = subprocess.Popen([sys.executable, '-c', COUNT_ACTIONS], stdout=output,
                                    stderr=subprocess.STDOUT)
     try:
-        wait_until(lambda: 'listens' in path.read_text(), 'counter of actions')
+        wait_until(lambda: 'subscribed' in path.read_text(), 'counter of actions')
         yield lambda: path.read_text().count('action\n')
     finally:
         counter.kill()
@@ -75,7 +75,7 @@ def test_nothing_is_left_of_two_hosts_after_a_failure(tmp_path):
     assert not {host.namespace for host in hosts} & namespaces()
 
 
-def test_what_two_hosts_need_and_do_not_find_is_named(monkeypatch, tmp_path):
+def test_what_two_hosts_need_and_is_missing_is_named(monkeypatch, tmp_path):
     monkeypatch.setenv('PATH', str(tmp_path))
     assert missing() == 'two hosts need the tool `ip`, and there is none: apt install iproute2'
     (tmp_path / 'ip').touch(mode=0o755)

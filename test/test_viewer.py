@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import rclpy
 from rclpy.node import Node
-from test_nodes import digest_of, heard, LEARNER, MENTOR, SMALL, spin_until, trained
+from test_nodes import digest_of, LEARNER, MENTOR, received, SMALL, spin_until, trained
 from visualization_msgs.msg import Marker
 import yaml
 
@@ -37,9 +37,9 @@ def node():
     rclpy.try_shutdown(context=context)
 
 
-def test_all_is_shown_and_the_digest_is_the_same(tmp_path, node):
-    seen = {view: heard(node, view) for view in viewer_messages.VIEWS}
-    trust, values, episodes, progress = (heard(node, topic) for topic in (
+def test_everything_is_shown_and_the_digest_is_the_same(tmp_path, node):
+    seen = {view: received(node, view) for view in viewer_messages.VIEWS}
+    trust, values, episodes, progress = (received(node, topic) for topic in (
         topics.TRUST, topics.VALUES, topics.EPISODE, topics.PROGRESS))
     with nodes(tmp_path, viewer=VIEWER, grid_world=SMALL, mentor=MENTOR,
                learner=LEARNER) as started:
@@ -62,11 +62,11 @@ def test_all_is_shown_and_the_digest_is_the_same(tmp_path, node):
     assert returns.issuperset(msg.data for msg in seen[viewer_messages.EPISODE_RETURN])
     place = seen[viewer_messages.ROBOT][-1].pose.position
     assert (place.x % 0.5, place.y % 0.5) == (0.25, 0.25)
-    assert 'refused' not in started['viewer'].log.read_text()
+    assert 'rejected' not in started['viewer'].log.read_text()
 
 
 def shows(seen, trust, values):
-    """Tell whether the last trust map and the last values are what the learner said last."""
+    """Tell whether the last trust map and the last values are those of the learner."""
     world = World(read_map('bar_grid', 'published'))
     if not trust or not values or not seen[viewer_messages.VALUES][-1].markers[0].points:
         return False
@@ -78,7 +78,7 @@ def shows(seen, trust, values):
         in seen[viewer_messages.VALUES][-1].markers[1].text)
 
 
-def test_a_viewer_that_hangs_stops_nobody(tmp_path):
+def test_a_viewer_that_hangs_stops_no_other_node(tmp_path):
     with nodes(tmp_path, viewer=VIEWER, grid_world=SMALL) as watched:
         wait_until(log_has(watched['viewer'], 'shows world'), 'viewer')
         os.kill(watched['viewer'].pid, signal.SIGSTOP)
@@ -94,7 +94,7 @@ def test_a_viewer_that_hangs_stops_nobody(tmp_path):
      "as map, got '/map'"),
     ('cell_size:=0.0', 'parameter cell_size must lie in [0.001, 1000], got 0.0'),
     ('map_rate:=1', 'parameter map_rate must be a double such as 1.0 (with a point), got 1')])
-def test_a_parameter_that_cannot_be_is_named(wrong, message):
+def test_an_invalid_parameter_is_named(wrong, message):
     done = run('viewer', '--ros-args', '-p', wrong)
     assert (done.returncode, done.stderr) == (2, f'viewer: {message}\n')
 

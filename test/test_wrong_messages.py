@@ -16,10 +16,10 @@ from std_msgs.msg import String
 from test_nodes import (
     digest_of,
     expected,
-    heard,
     LEARNER,
     MENTOR,
     node,
+    received,
     SMALL,
     spin_until,
     trained,
@@ -54,7 +54,7 @@ def says(table, name, words):
 @pytest.mark.parametrize('victim', ['grid_world', 'mentor', 'learner'])
 def test_a_node_that_is_killed_again_and_again_and_started_by_hand_loses_nothing(
         tmp_path, node, victim):
-    msg, moment = heard(node, topics.ACTION), random.Random(victim)
+    msg, moment = received(node, topics.ACTION), random.Random(victim)
     keeps = ('-p', f'state_dir:={tmp_path}/state')
     arguments = {'grid_world': (*SLOW, *keeps), 'mentor': (*MENTOR, *keeps),
                  'learner': (*LONG, *keeps)}
@@ -87,25 +87,25 @@ def test_a_fifth_of_all_messages_lost_late_doubled_or_shuffled_changes_no_bit(tm
 
 
 def test_a_second_learner_stands_aside_and_the_first_one_keeps_the_run(tmp_path, node):
-    msg = heard(node, topics.ACTION)
+    msg = received(node, topics.ACTION)
     with nodes(tmp_path, grid_world=SLOW, mentor=MENTOR, learner=LONG) as started:
         spin_until(node, lambda: len(msg) > 20, 'learning')
         with nodes(tmp_path / 'second', learner=LEARNER) as second:
-            wait_until(log_has(second['learner'], 'stands aside: learner '), 'second learner')
+            wait_until(log_has(second['learner'], 'inactive: learner '), 'second learner')
             assert digest_of(started['learner']) == trained(iterations=16)
             assert 'finished' not in second['learner'].log.read_text()
         assert 'refused' not in started['learner'].log.read_text()
 
 
 def test_a_second_world_stands_aside_and_the_first_one_goes_on(tmp_path, node):
-    msg, health = heard(node, topics.ACTION), health_of(node)
+    msg, health = received(node, topics.ACTION), health_of(node)
     with nodes(tmp_path, grid_world=SLOW, mentor=MENTOR, learner=LONG) as started:
         spin_until(node, lambda: len(msg) > 20, 'learning')
         with nodes(tmp_path / 'second', grid_world=('-p', 'map:=free_grid')) as two:
             words = "another world, 'bar_grid', came first and keeps these topics"
             wait_until(log_has(two['grid_world'], words), words)
             spin_until(node, lambda: any(status.level == DiagnosticStatus.ERROR and
-                                         'stands aside: another world' in status.message
+                                         'inactive: another world' in status.message
                                          for status in health.values()), 'diagnostics')
             assert digest_of(started['learner']) == trained(iterations=16)
         assert 'free_grid' not in started['learner'].log.read_text()
@@ -146,10 +146,12 @@ def test_a_topic_of_another_type_is_warned_of_once(tmp_path, node):
     with nodes(tmp_path, learner=()) as started:
         speaker = node.create_publisher(String, 'state', 1)
         node.create_subscription(String, 'action', print, 1)
-        warnings = ('topic /state must have the type comply_msgs/msg/StateReward, and /test '
-                    'speaks there with std_msgs/msg/String: nothing of it arrives',
-                    'topic /action must have the type comply_msgs/msg/Action, and /test '
-                    'listens there with std_msgs/msg/String: nothing of it arrives')
+        warnings = ('topic /state must have the type comply_msgs/msg/StateReward, but the '
+                    'publisher of /test has std_msgs/msg/String: no messages are exchanged '
+                    'with it',
+                    'topic /action must have the type comply_msgs/msg/Action, but the '
+                    'subscription of /test has std_msgs/msg/String: no messages are exchanged '
+                    'with it')
         for warning in warnings:
             wait_until(log_has(started['learner'], warning), warning)
         speaker.publish(String(data='over here'))
@@ -166,7 +168,7 @@ def test_a_silent_mentor_counts_as_no_advice_where_a_time_is_set(tmp_path, node)
         assert started['learner'].log.read_text().count(words) == 1
         spin_until(node, says(health, 'learner', 'has finished'), 'health')
         values = {each.key: each.value for each in health['learner'].values}
-        assert int(values['dropped: no advice in time']) > 5
+        assert int(values['ignored: no advice in time']) > 5
 
 
 def test_a_silent_mentor_is_waited_for_with_one_warning_where_no_time_is_set(tmp_path, node):
@@ -194,7 +196,7 @@ def test_every_node_tells_how_it_is(tmp_path, node, expected):
             assert str(process.pid) in health[name].hardware_id
             assert int(values['steps']) > 10 and float(values['steps per second']) >= 0.0
             if name == 'mentor':
-                assert values['state_dir'] == 'nothing is kept'
+                assert values['state_dir'] == 'nothing is stored'
             else:
                 assert int(values['journal bytes']) > 100
-                assert re.match(r'\d{4}-\d\d-\d\d \d\d:\d\d:\d\d', values['last snapshot'])
+                assert re.match(r'\d{4}-\d\d-\d\d \d\d:\d\d:\d\d', values['last checkpoint'])

@@ -14,7 +14,7 @@ import time
 from comply_ros.learner.learner_config import ConfigError
 from comply_ros.learner.training import Training
 from comply_ros.mentor.advice_budget import AdviceBudget
-from comply_ros.nodes.lesson import hold, lesson_parser, NODES
+from comply_ros.nodes.lesson import lesson_parser, NODES, run_lesson
 from comply_ros.nodes.node_processes import NodeDied
 from comply_ros.nodes.run_monitor import LessonFailed
 from comply_ros.numerics.rng import SEED_LIMIT
@@ -121,7 +121,7 @@ def survives(number, given, killer):
     expected, before = digest_in_process(options), killer.killed.total()
     console.print(f'lesson {number + 1}: {" ".join(argv[:-2])}')
     try:
-        _, outcome = hold(options, killer.disturbing)
+        _, _, outcome = run_lesson(options, killer.disturbing)
     except (NodeDied, LessonFailed) as failure:
         console.print(f'  failed: {failure}')
         return False

@@ -17,8 +17,9 @@ from rclpy.signals import SignalHandlerOptions
 
 from comply_ros.learner.learner_config import ConfigError
 from comply_ros.nodes.diagnostics import process_name, TOPIC
-from comply_ros.nodes.lesson import LOOK, running
+from comply_ros.nodes.lesson import running
 from comply_ros.nodes.node_processes import NodeDied
+from comply_ros.nodes.spin import POLL_PERIOD
 from comply_ros.terminal.console import console, progress_bar, show_columns
 from comply_ros.terminal.interrupts import check, interrupts
 from comply_ros.terminal.training_options import main_with, training_parser
@@ -155,7 +156,7 @@ def soak(options, stop):
             check(stop)
             for process in processes:
                 process.check()
-            executor.spin_once(timeout_sec=LOOK)
+            executor.spin_once(timeout_sec=POLL_PERIOD)
             check_moves(gauge)
     seconds = time.monotonic() - begun
     console.print(f'{gauge.steps:,} steps in {seconds:,.0f} s, '

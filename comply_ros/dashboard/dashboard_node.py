@@ -17,15 +17,7 @@ from comply_ros.dashboard.service_client import NoAnswerError, ServiceClient
 from comply_ros.learner.learner_config import CONFIG_FIELDS
 from comply_ros.nodes import topics
 from comply_ros.nodes.diagnostics import TOPIC
-from comply_ros.nodes.parameters import (
-    ADDRESS,
-    declare,
-    PORT,
-    SafeParameterNode,
-    TEACH,
-    TOKEN,
-    unknown_overrides,
-)
+from comply_ros.nodes.parameters import ADDRESS, PORT, SafeParameterNode, TEACH, TOKEN
 
 LOOK = 0.1  # seconds between two looks: a state in between is not even read
 READS, IDLE = 60, 8  # callbacks in one look, at most, and in a row that bring no report
@@ -99,9 +91,7 @@ class DashboardNode(SafeParameterNode):
     def __init__(self, **kwargs):
         super().__init__('dashboard', **kwargs)
         self.address, self.port, self.token, self.teach = (
-            declare(self, each) for each in (ADDRESS, PORT, TOKEN, TEACH))
-        for unknown in unknown_overrides(self):
-            self.get_logger().warning(f'parameter {unknown!r} is unknown and has no effect')
+            self.declare(each) for each in (ADDRESS, PORT, TOKEN, TEACH))
         self.view, self.mistake, self._began = View(), None, time.monotonic()
         self._onlooker, self._levels = Onlooker(), ReferenceReturnsCache()
         self._health, self._second, self._reports = {}, 0.0, 0

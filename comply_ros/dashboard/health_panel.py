@@ -43,8 +43,8 @@ def health_words(view, name):
 
 
 def counts(values):
-    """Yield words on what a node has refused and dropped."""
-    for what in ('refused', 'dropped'):
+    """Yield words on what a node has rejected and ignored."""
+    for what in ('rejected', 'ignored'):
         number = sum(int(value) for key, value in values.items()
                      if key.startswith(f'{what}: ') and value.isdigit())
         if number:

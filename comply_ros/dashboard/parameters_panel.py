@@ -13,7 +13,7 @@ def described():
     for name, field in CONFIG_FIELDS.items():
         yield name, field.metadata['text'], field.metadata.get('choices')
     for parameter in (REMEMBERS_ADVICE, ADVICE_TIMEOUT):
-        yield parameter.name, parameter.text, None
+        yield parameter.name, parameter.description, None
 
 
 class SettingsPanel:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from comply_ros.dashboard.learning_curve import Curve
-from comply_ros.nodes.run_monitor import can_advise, can_be
+from comply_ros.nodes.run_monitor import is_valid_advice, is_valid_progress
 from comply_ros.protocol.attendant import Attendant
 from comply_ros.protocol.messages import Action, Episode, Progress, StateReward, WorldDescription
 from comply_ros.protocol.turns import FIRST
@@ -101,7 +101,7 @@ class Onlooker(Attendant):
 
     def on_progress(self, msg):
         """Add an iteration to the curve."""
-        if can_be(msg):
+        if is_valid_progress(msg):
             curve = self._runs.get(msg.run, Heard()).curve
             self._remember(msg.run, progress=msg, curve=curve.after(msg))
 
@@ -128,11 +128,11 @@ class Onlooker(Attendant):
         """Return what was heard without the maps that cannot be of this world."""
         maps = {name: getattr(heard, name) for name in ('advice', 'policy')}
         wrong = dict.fromkeys((name for name, actions in maps.items() if actions is not None
-                               and not can_advise(actions, self.world)))
-        if heard.trust is not None and not _can_be_trust(heard.trust, self.world):
+                               and not is_valid_advice(actions, self.world)))
+        if heard.trust is not None and not _is_valid_progress_trust(heard.trust, self.world):
             wrong['trust'] = None
         return heard._replace(**wrong) if wrong else heard
 
 
-def _can_be_trust(trust, world):
+def _is_valid_progress_trust(trust, world):
     return trust.shape == world.free.shape and bool(((0.0 <= trust) & (trust <= 1.0)).all())

@@ -8,7 +8,7 @@ import sys
 from comply_ros.dashboard import server
 from comply_ros.learner.learner_config import ConfigError
 from comply_ros.learner.presets import find_method, METHODS
-from comply_ros.nodes.lesson import topics_held
+from comply_ros.nodes.lesson import lock_topics
 from comply_ros.nodes.node_processes import NodeProcess
 from comply_ros.nodes.run_monitor import LessonFailed
 from comply_ros.storage.kernel_cache import use_kernel_cache
@@ -48,7 +48,7 @@ def run(given):
     find_method(given.method, 'published')
     print('Open the address below in a browser and paint arrows; Ctrl-C ends the demo.',
           file=sys.stderr)
-    with topics_held(''), pupils(given, prepare_folder(given.out)):
+    with lock_topics(''), pupils(given, prepare_folder(given.out)):
         return server.main(['dashboard', '--ros-args', '-p', f'port:={given.port}'])
 
 

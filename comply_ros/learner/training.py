@@ -15,7 +15,7 @@ from comply_ros.learner.learner_config import KernelConfig, LearnerConfig
 from comply_ros.learner.learner_state import Array, LearnerState
 from comply_ros.learner.model import finish_episode
 from comply_ros.learner.update_rules import learn
-from comply_ros.mentor.advice_budget import AdviceBudget, advise, watch
+from comply_ros.mentor.advice_budget import AdviceBudget, advise, record_action
 from comply_ros.numerics.jit import kernel, specialized
 from comply_ros.numerics.rng import random_streams, UniformRows
 from comply_ros.world.grid import NO_ACTION

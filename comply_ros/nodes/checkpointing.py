@@ -1,98 +1,86 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a node keeps in its `state_dir`, before it says what follows from it."""
+"""The state of a node in its `state_dir`, written before it publishes what follows from it."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from rclpy.node import Node
 
 from comply_ros.storage.state_store import StateStore
 
 
 class Checkpointing:
     """
-    Keeps what an actor was told; without a folder it keeps nothing, and all is well.
+    Writes what an machine received to disk; without a folder it writes nothing, and all is well.
 
-    Parameters
-    ----------
-    node: the rclpy node, for its name and its log.
     folder: the `state_dir`, empty for none.
-
-    Attributes
-    ----------
-    keeper: the `StateStore`, None where nothing is kept.
-    trouble: words for why it cannot keep what it has to, None while it can.
-
     """
 
-    def __init__(self, node, folder):
+    def __init__(self, node: Node, folder: str) -> None:
         self._node, self._folder = node, folder
-        self.keeper, self.trouble = None, None
+        self.store: StateStore | None = None
+        self.error: str | None = None  # why it cannot write what it has to, in one sentence
 
-    def recall(self, identity, kinds):
+    def load(self, identity: Mapping[str, Any], kinds: Sequence[type]) -> Any:
         """
-        Return what was kept, None where nothing was; from now on it is kept.
+        Return what was stored, None where nothing was; from now on `save` stores more.
 
-        Raises
-        ------
-        StateError: if it cannot be gone on from.
-
+        Raises StateError if the node cannot go on from it.
         """
         self.close()
         if not self._folder:
             return None
         name = self._node.get_fully_qualified_name().strip('/').replace('/', '.')
-        self.keeper = StateStore(self._folder, name, identity, kinds)
-        return self.keeper.load()
+        self.store = StateStore(self._folder, name, identity, kinds)
+        return self.store.load()
 
-    def keep(self, actor):
-        """Return whether what the actor was told is kept now; a new snapshot is made if due."""
+    def save(self, machine: Any) -> bool:
+        """
+        Write what the machine received to the journal, or its whole state to a checkpoint.
+
+        Return whether it is written. If not, call again: the next call writes what is left.
+        """
         try:
-            self._keep(actor)
+            if self.store and (machine.needs_checkpoint or self.store.sync_error):
+                self.store.write_checkpoint(*machine.state_dict())
+                machine.needs_checkpoint = False
+            elif self.store:
+                self.store.append(machine.journal_entries)
         except OSError as error:
-            self._tell(error)
+            if self.error is None:
+                self.error = (f'pauses: state_dir {self._folder!r} cannot be written '
+                              f'({_reason(error)})')
+                self._node.get_logger().error(f'{self.error}; goes on when it can')
             return False
-        if self.trouble:
+        finally:
+            machine.journal_entries.clear()  # the state has it, or the store
+        if self.error:
             self._node.get_logger().info('state_dir can be written again: goes on')
-            self.trouble = None
-        if self.keeper and self.keeper.is_checkpoint_due():
-            self._renew(actor)
+            self.error = None
+        if self.store and self.store.is_checkpoint_due():
+            try:
+                self.store.write_checkpoint(*machine.state_dict())
+            except OSError as error:
+                self.store.postpone_checkpoint()
+                self._node.get_logger().warning(
+                    f'no new checkpoint in state_dir {self._folder!r} ({_reason(error)}): the '
+                    'journal goes on')
         return True
 
-    def look(self, actor):
-        """Return whether all is kept; where somebody took the folder away, in a new one."""
-        if self.keeper is None or not self.keeper.was_removed():
+    def save_if_removed(self, machine: Any) -> bool:
+        """Write the state anew where somebody removed the folder; return whether all is saved."""
+        if self.store is None or not self.store.was_removed():
             return True
         self._node.get_logger().warning(
-            f'state_dir {self._folder!r} was taken away: it is made anew')
-        actor.needs_checkpoint = True
-        return self.keep(actor)
+            f'state_dir {self._folder!r} was removed: it is created again')
+        machine.needs_checkpoint = True
+        return self.save(machine)
 
-    def close(self):
-        """Close what is kept."""
-        if self.keeper:
-            self.keeper.close()
+    def close(self) -> None:
+        """Close the files."""
+        if self.store:
+            self.store.close()
 
-    def _keep(self, actor):
-        """Keep what the actor was told; raises OSError, and the next call does what is left."""
-        try:
-            if self.keeper is None:
-                return
-            if actor.needs_checkpoint or self.keeper.sync_error:
-                self.keeper.write_checkpoint(*actor.state_dict())
-                actor.needs_checkpoint = False
-            else:
-                self.keeper.append(actor.journal_entries)
-        finally:
-            actor.journal_entries.clear()  # the state has it, or the keeper
 
-    def _renew(self, actor):
-        """Write a new snapshot; where that cannot be, the journal goes on."""
-        try:
-            self.keeper.write_checkpoint(*actor.state_dict())
-        except OSError as error:
-            self.keeper.postpone_checkpoint()
-            self._node.get_logger().warning(f'no new snapshot in state_dir {self._folder!r} '
-                                            f'({error.strerror.lower()}): the journal goes on')
-
-    def _tell(self, error):
-        """Say, once, that nothing more can be kept."""
-        if self.trouble is None:
-            self.trouble = (f'pauses: state_dir {self._folder!r} cannot be written '
-                            f'({error.strerror.lower()})')
-            self._node.get_logger().error(f'{self.trouble}; goes on when it can')
+def _reason(error: OSError) -> str:
+    return (error.strerror or str(error)).lower()

@@ -1,75 +1,68 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How a node is, as `/diagnostics` says it, in the words of the README's table."""
+"""The health of a node, as it publishes it on `/diagnostics`, in the words of the README."""
 
 from collections import Counter
 import os
-import socket
 import time
+from typing import TYPE_CHECKING
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.node import Node
+
+if TYPE_CHECKING:
+    from comply_ros.storage.state_store import StateStore
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 TOPIC = '/diagnostics'  # of the whole system, whatever the namespace, as ROS tools expect
-STANDS_ASIDE = 'stands aside'
+INACTIVE = 'inactive'  # first word of the status of a node that gave way to another one
 
 
 class Diagnostics:
     """
-    Counts what a node does, and publishes it once a second.
+    Counts what a node does, and publishes it with its status.
 
     Attributes
     ----------
-    refused: how often each kind of message could not be right.
-    dropped: how often each kind of message came late or twice.
+    rejected: how many messages of each kind were invalid.
+    ignored: how many messages of each kind were late or repeated.
 
     """
 
-    def __init__(self, node):
-        self.refused, self.dropped = Counter(), Counter()
+    def __init__(self, node: Node) -> None:
+        self.rejected: Counter[str] = Counter()
+        self.ignored: Counter[str] = Counter()
         self._node = node
         self._publisher = node.create_publisher(DiagnosticArray, TOPIC, 10)
-        self._turns, self._time = 0, time.monotonic()
+        self._steps, self._time = 0, time.monotonic()
 
-    def publish(self, level, message, turns, keeper):
+    def publish(self, level: bytes, message: str, steps: int, store: 'StateStore | None') -> None:
         """
         Publish a status.
 
-        turns: taken so far.
-        keeper: the `StateStore`, or None.
+        steps: taken so far.
+        store: with the checkpoint of the node, None where it has none.
 
         """
-        values = {'steps per second': f'{self._rate(turns):.0f}', 'steps': turns,
-                  **{f'refused: {kind}': count for kind, count in self.refused.items()},
-                  **{f'dropped: {kind}': count for kind, count in self.dropped.items()},
-                  **kept(keeper)}
-        status = DiagnosticStatus(
+        now = time.monotonic()
+        rate = max(0, steps - self._steps) / max(now - self._time, 1e-9)
+        self._steps, self._time = steps, now
+        values = {'steps per second': f'{rate:.0f}', 'steps': steps,
+                  **{f'rejected: {kind}': count for kind, count in self.rejected.items()},
+                  **{f'ignored: {kind}': count for kind, count in self.ignored.items()}}
+        if store is None:
+            values['state_dir'] = 'nothing is stored'
+        else:
+            values['journal bytes'] = store.journal_bytes
+            values['last checkpoint'] = 'none yet' if store.checkpoint_time is None else time.strftime(
+                '%Y-%m-%d %H:%M:%S', time.localtime(store.checkpoint_time))
+        array = DiagnosticArray(status=[DiagnosticStatus(
             level=level, name=self._node.get_fully_qualified_name().lstrip('/'), message=message,
             hardware_id=process_name(os.getpid()),
-            values=[KeyValue(key=key, value=str(value)) for key, value in values.items()])
-        self._publisher.publish(DiagnosticArray(
-            header=_stamped(self._node), status=[status]))
-
-    def _rate(self, turns):
-        now, before, since = time.monotonic(), self._turns, self._time
-        self._turns, self._time = turns, now
-        return max(0, turns - before) / max(now - since, 1e-9)
+            values=[KeyValue(key=key, value=str(value)) for key, value in values.items()])])
+        array.header.stamp = self._node.get_clock().now().to_msg()
+        self._publisher.publish(array)
 
 
-def process_name(pid):
+def process_name(pid: int) -> str:
     """Name of a process on this machine: two nodes can have the same name by mistake."""
-    return f'process {pid} on {socket.gethostname()}'
-
-
-def kept(keeper):
-    """Table of what is kept on disk, for a status."""
-    if keeper is None:
-        return {'state_dir': 'nothing is kept'}
-    written = 'none yet' if keeper.checkpoint_time is None else time.strftime(
-        '%Y-%m-%d %H:%M:%S', time.localtime(keeper.checkpoint_time))
-    return {'journal bytes': keeper.journal_bytes, 'last snapshot': written}
-
-
-def _stamped(node):
-    header = DiagnosticArray().header
-    header.stamp = node.get_clock().now().to_msg()
-    return header
+    return f'process {pid} on {os.uname().nodename}'

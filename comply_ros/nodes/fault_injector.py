@@ -1,28 +1,32 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The node that stands between others and drops, delays, duplicates and reorders messages."""
+"""A node between other nodes that drops, delays, duplicates and reorders their messages."""
 
+from collections.abc import Callable, Sequence
 from importlib import import_module
 import time
+from typing import Any
 
+from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.topic_endpoint_info import TopicEndpointInfo
 
+from comply_ros.nodes.clocks import steady_timer
 from comply_ros.nodes.parameters import (
-    declare,
+    DEPTH,
     FAULTS,
-    KEPT,
     ParameterError,
     SafeParameterNode,
     SEED,
     TOPICS,
-    unknown_overrides,
 )
 from comply_ros.nodes.protocol_node import PATIENCE
 from comply_ros.nodes.spin import run_node
 from comply_ros.protocol.channel_faults import fault_streams, FaultError, Faults, FaultyChannel
+from comply_ros.storage.file_system import printable
 
-LOOK = 0.1  # seconds between looks for who speaks on the topics
-TICK = 0.002  # seconds between looks at messages that are late, while there are any
-DEPTH = 100  # messages that may wait for the relay, or for who hears it
+DISCOVERY_PERIOD = 0.1  # seconds between two checks for publishers
+DUE_PERIOD = 0.002  # seconds between two checks for delayed messages, while there are any
+QUEUE = 100  # messages that may wait for the relay, or for its subscribers
 
 
 class TopicError(ValueError):
@@ -30,170 +34,141 @@ class TopicError(ValueError):
 
 
 class FaultInjectorNode(SafeParameterNode):
-    """
-    Says on each topic T what it hears on T/before, with faults; of any message type.
+    """Publishes on each topic T what it receives on T/before, with faults; of any type."""
 
-    Attributes
-    ----------
-    wires: what is late on each topic, and the counts, by topic.
-    mistake: None; an exception here would end the node.
-
-    """
-
-    def __init__(self, **kwargs):
+    def __init__(self, **kwargs: Any) -> None:
         super().__init__('fault_injector', **kwargs)
-        names, seed, self._kept = (declare(self, each) for each in (TOPICS, SEED, KEPT))
-        faults = declare_faults(self)
+        self.mistake = None  # an exception here would end the node
+        names, seed, self._depth = (self.declare(each) for each in (TOPICS, SEED, DEPTH))
+        try:
+            faults = Faults(**{each.name: self.declare(each) for each in FAULTS})
+        except FaultError as error:
+            raise ParameterError(f'parameter {error}') from None
         check_topics(self, names)
-        self.mistake = None
-        self.wires = dict(zip(names, (FaultyChannel(faults, each)
-                                      for each in fault_streams(seed, len(names)))))
-        self._publish = {}  # functions, of the topics that are relayed
-        self._told = set()  # topics that were warned of
-        self._born, self._has_waited = time.monotonic(), False
-        self.create_timer(LOOK, self._look)
-        self._ticks = self.create_timer(TICK, self._say_due)
-        self._ticks.cancel()
-        for unknown in unknown_overrides(self):
-            self.get_logger().warning(f'parameter {unknown!r} is unknown and has no effect')
+        self._channels = {name: FaultyChannel(faults, generator) for name, generator in
+                          zip(names, fault_streams(seed, len(names)))}
+        self._publish: dict[str, Callable[[bytes], None]] = {}  # of topics that are relayed
+        self._warned: set[str] = set()  # topics
+        self._start, self._has_waited = time.monotonic(), False
+        steady_timer(self, DISCOVERY_PERIOD, self._discover)
+        self._due_timer = steady_timer(self, DUE_PERIOD, self._publish_due)
+        self._due_timer.cancel()
 
-    def _look(self):
-        """Relay each topic that somebody speaks on; warn, once, of what cannot be right."""
-        for name in self.wires:
+    def leave(self) -> None:
+        """Log what happened on each topic: the node ends."""
+        for name, channel in self._channels.items():
+            self.get_logger().info(f'{name}: ' + ', '.join(
+                f'{count} {what}' for what, count in channel.counts.items()))
+
+    def _discover(self) -> None:
+        """Relay each topic that has a publisher; warn, once, of what cannot be relayed."""
+        for name in self._channels:
             ends = self.get_publishers_info_by_topic(self.resolve_topic_name(before(name)))
             if ends:
                 self._match(name, ends)
-        if not self._has_waited and time.monotonic() - self._born > PATIENCE:
-            self._has_waited = True
-            self._tell_waiting(set(self.wires) - set(self._publish) - self._told)
-
-    def _tell_waiting(self, silent):
-        if silent:
-            self.get_logger().warning('waits for a node that speaks on ' + ', '.join(
-                f'{before(name)} (started with -r {name}:={before(name)})'
-                for name in sorted(silent)))
-
-    def _match(self, name, ends):
-        """Begin to relay a topic if its publishers agree; warn, once, if they do not."""
-        try:
-            kind = message_type(before(name), {end.topic_type for end in ends})
-        except TopicError as error:
-            if name not in self._told:
-                so = 'the type that came first' if name in self._publish else 'none'
-                self.get_logger().warning(f'{error}; {so} is relayed')
-            self._told.add(name)
+        if self._has_waited or time.monotonic() - self._start <= PATIENCE:
             return
-        if name not in self._publish:
-            self._relay(name, kind, offered(ends, self._kept))
-            self.get_logger().info(f'relays {name} ({ends[0].topic_type})')
+        self._has_waited = True
+        silent = sorted(set(self._channels) - set(self._publish) - self._warned)
+        if silent:
+            self.get_logger().warning('waits for a publisher on ' + ', '.join(
+                f'{before(name)} (a node started with -r {name}:={before(name)})'
+                for name in silent))
 
-    def _relay(self, name, kind, qos):
-        """Make the two ends of a topic, with the QoS to hear and to say it."""
-        self._publish[name] = self.create_publisher(kind, name, qos[1]).publish
-        self.create_subscription(
-            kind, before(name), lambda message: self._hear(name, message), qos[0], raw=True)
+    def _match(self, name: str, ends: Sequence[TopicEndpointInfo]) -> None:
+        """Start to relay a topic if its publishers agree; warn, once, if they do not."""
+        try:
+            message = message_type(before(name), {end.topic_type for end in ends})
+        except TopicError as error:
+            if name not in self._warned:
+                which = 'the type that came first' if name in self._publish else 'none'
+                self.get_logger().warning(f'{error}; {which} is relayed')
+            self._warned.add(name)
+            return
+        if name in self._publish:
+            return
+        receiving, sending = offered_qos(ends, self._depth)
+        self._publish[name] = self.create_publisher(message, name, sending).publish
+        self.create_subscription(message, before(name), lambda content: self._receive(
+            name, content), receiving, raw=True)
+        self.get_logger().info(f'relays {name} ({ends[0].topic_type})')
 
-    def _hear(self, name, message):
-        self.wires[name].put(message, time.monotonic())
-        self._say_due()
+    def _receive(self, name: str, content: bytes) -> None:
+        self._channels[name].put(content, time.monotonic())
+        self._publish_due()
 
-    def _say_due(self):
-        """Publish what is due on each topic; the timer ticks while there is more to come."""
-        for name, wire in self.wires.items():
-            for message in wire.due(time.monotonic()):
-                self._publish[name](message)
-        is_empty = all(wire.is_empty() for wire in self.wires.values())
-        if is_empty != self._ticks.is_canceled():
-            (self._ticks.cancel if is_empty else self._ticks.reset)()
-
-    def leave(self):
-        """Log what happened on each topic: the node ends."""
-        for name, wire in self.wires.items():
-            self.get_logger().info(f'{name}: ' + ', '.join(
-                f'{count} {what}' for what, count in wire.counts.items()))
+    def _publish_due(self) -> None:
+        """Publish what is due on each topic; the timer runs while there is more to come."""
+        for name, channel in self._channels.items():
+            for content in channel.due(time.monotonic()):
+                self._publish[name](content)
+        is_empty = all(channel.is_empty() for channel in self._channels.values())
+        if is_empty != self._due_timer.is_canceled():
+            (self._due_timer.cancel if is_empty else self._due_timer.reset)()
 
 
-def before(name):
-    """Name of the topic that is heard, for one that is said."""
+def before(name: str) -> str:
+    """Name of the topic that is received, for one that is published."""
     return f'{name}/before'
 
 
-def declare_faults(node):
-    """Declare the parameters of `Faults` and return it; raises ParameterError."""
-    values = {each.name: declare(node, each) for each in FAULTS}
-    try:
-        return Faults(**values)
-    except FaultError as error:
-        raise ParameterError(f'parameter {error}') from None
-
-
-def check_topics(node, names):
+def check_topics(node: Node, names: Sequence[str]) -> None:
     """
     Return if the topics can be relayed.
 
-    Raises
-    ------
-    ParameterError: without topics, for one that is named twice, that ROS cannot have, or that a
-        remapping leads back to itself.
-
+    Raises ParameterError without topics, for one that is named twice, that ROS cannot have, or
+    that a remapping leads back to itself.
     """
     if not names:
         raise ParameterError('parameter topics must name a topic, got none')
-    known = {}
+    known: dict[str, str] = {}
     for name in names:
-        full = resolved(node, name)
+        try:
+            full, full_before = (node.resolve_topic_name(each) for each in (name, before(name)))
+        except RuntimeError as error:
+            reason = str(error).removeprefix('failed to resolve name: ').partition(', at /')[0]
+            raise ParameterError(
+                f'parameter topics: {printable(reason)}, got {name!r}') from None
         if full in known:
             raise ParameterError(f'parameter topics must name each topic once, got '
                                  f'{known[full]!r} and {name!r}')
-        if full == resolved(node, before(name)):
+        if full == full_before:
             raise ParameterError(f'parameter topics: {name} and {before(name)} must be two '
                                  f'topics, got {full} for both')
         known[full] = name
 
 
-def resolved(node, name):
-    """Return the full name of a topic; raises ParameterError where ROS cannot have it."""
-    try:
-        return node.resolve_topic_name(name)
-    except RuntimeError as error:
-        reason = str(error).removeprefix('failed to resolve name: ').partition(', at /')[0]
-        raise ParameterError(f'parameter topics: {reason}, got {name!r}') from None
-
-
-def message_type(name, kinds):
+def message_type(name: str, types: set[str]) -> type:
     """
     Return the class of a topic's messages, given the types that its publishers have.
 
-    Raises
-    ------
-    TopicError: if they do not agree, or their package is not here.
-
+    Raises TopicError if they do not agree, or their package is not installed.
     """
-    if len(kinds) > 1:
+    if len(types) > 1:
         raise TopicError(f'{name} must have messages of one type, got '
-                         f'{" and ".join(sorted(kinds))}')
-    package, _, message = min(kinds).split('/')
+                         f'{" and ".join(sorted(types))}')
+    package, _, message = min(types).split('/')
     try:
         return getattr(import_module(f'{package}.msg'), message)
     except (ImportError, AttributeError):
         raise TopicError(f'{name} must have messages of a package that is installed, got '
-                         f'{min(kinds)}') from None
+                         f'{min(types)}') from None
 
 
-def offered(ends, kept):
-    """Pair of QoS to hear a topic and to say it on, as all of its publishers offer it."""
+def offered_qos(ends: Sequence[TopicEndpointInfo], depth: int) -> tuple[QoSProfile, QoSProfile]:
+    """QoS to receive a topic with, and to publish it with, as all its publishers offer it."""
     offers = [end.qos_profile for end in ends]
-    is_reliable = all(qos.reliability == ReliabilityPolicy.RELIABLE for qos in offers)
     is_latched = all(qos.durability == DurabilityPolicy.TRANSIENT_LOCAL for qos in offers)
-    same = {'reliability': (ReliabilityPolicy.RELIABLE if is_reliable
-                            else ReliabilityPolicy.BEST_EFFORT),
-            'durability': (DurabilityPolicy.TRANSIENT_LOCAL if is_latched
-                           else DurabilityPolicy.VOLATILE)}
-    return (QoSProfile(depth=max(kept, DEPTH), **same),
-            QoSProfile(depth=kept if is_latched else DEPTH, **same))
+    is_reliable = all(qos.reliability == ReliabilityPolicy.RELIABLE for qos in offers)
+    reliability = ReliabilityPolicy.RELIABLE if is_reliable else ReliabilityPolicy.BEST_EFFORT
+    durability = DurabilityPolicy.TRANSIENT_LOCAL if is_latched else DurabilityPolicy.VOLATILE
+    receiving, sending = (
+        QoSProfile(depth=each, reliability=reliability, durability=durability)
+        for each in (max(depth, QUEUE), depth if is_latched else QUEUE))
+    return receiving, sending
 
 
-def main(argv):
+def main(argv: list[str]) -> int:
     """Run the node; return the exit code."""
     made = []  # it lives to the end, when it logs its summary
     return run_node(lambda: made.append(FaultInjectorNode()) or made[0], argv, (ParameterError,))

@@ -9,7 +9,7 @@ from typing import Any
 from std_srvs.srv import SetBool, Trigger
 
 from comply_ros.nodes.clocks import PaceTimer, steady_timer
-from comply_ros.nodes.parameters import MAP, ParameterError, PROFILE, RATE, SEED, sets, SLOWEST
+from comply_ros.nodes.parameters import MAP, ParameterError, PROFILE, RATE, SEED, SLOWEST
 from comply_ros.nodes.protocol_node import map_text, ProtocolNode
 from comply_ros.nodes.spin import run_node
 from comply_ros.nodes.topics import ACTION, EPISODE, PAUSE, RESET, STATE, STEP, WORLD
@@ -33,7 +33,7 @@ class GridWorldNode(ProtocolNode):
         grid, map_name = read_map(name, profile), Path(name).stem
         self.machine = GridWorld(grid, map_name, new_run(), seed, time.time())
         self._started = time.monotonic()
-        saved = self.checkpointing.recall(
+        saved = self.checkpointing.load(
             {'map': map_text(map_name, grid.sha256), 'seed': seed}, (Action,))
         if saved:
             self.machine.load_state_dict(*saved)
@@ -52,7 +52,8 @@ class GridWorldNode(ProtocolNode):
         steady_timer(self, FIRST_PAUSE, self._repeat)
         rate = self.declare(RATE)
         check_rate(rate)
-        sets(self, self._set_rate, check=lambda values: check_rate(values.get('rate', rate)))
+        self.on_parameters_set(
+            self._set_rate, lambda values: check_rate(values.get('rate', rate)))
         self._set_rate({'rate': rate})
         self.respond(self.machine.last_outputs())
 

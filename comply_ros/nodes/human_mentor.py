@@ -1,232 +1,210 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A mentor node whose advice a person gives, while it runs; a page or a terminal is its face."""
+"""A mentor node whose advice a person gives while it runs, on a page or at a terminal."""
 
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future
+from pathlib import Path
 from queue import Empty, SimpleQueue
 import time
+from typing import Any
 
 from comply_msgs.srv import Recommend
 import numpy as np
+from numpy.typing import NDArray
 
 from comply_ros.mentor.mentor_policies import MentorError, spoiled_policy
-from comply_ros.mentor.policy_text import PolicyError
-from comply_ros.nodes.mentor import in_background, map_of_advice, recommends
-from comply_ros.nodes.parameters import PATIENCE, sets
+from comply_ros.mentor.policy import PolicyError
+from comply_ros.nodes.clocks import PaceClock, steady_timer
+from comply_ros.nodes.mentor import in_background, policy_message, recommend
+from comply_ros.nodes.parameters import PATIENCE
 from comply_ros.nodes.protocol_node import ProtocolNode
 from comply_ros.nodes.topics import MENTOR_POLICY, RECOMMEND, RECOMMENDATION, STATE, WORLD
 from comply_ros.protocol.human_mentor import HumanMentor
+from comply_ros.protocol.messages import Outputs, WorldDescription
 from comply_ros.protocol.validation import rejected_description
 from comply_ros.storage.mentor_cache import mentor_policy, read_mentor_spec
 from comply_ros.storage.policy_files import read_policy, write_policy
+from comply_ros.world.mdp import World
 
-PERIOD = 0.1  # least seconds between two messages on `mentor_policy`
-LOOK = 0.02  # seconds between looks at who waits
+MAP_PERIOD = 0.1  # seconds between two messages on `mentor_policy`, at least
+POLL_PERIOD = 0.02  # seconds between two checks of what waits
 
 
 class HumanMentorNode(ProtocolNode):
     """
-    Recommends what a person paints or steers; without advice at first.
+    Recommends what a person paints or steers; gives no advice at first.
 
-    All methods are for the thread that spins the node; `do` is for any other. Where the learner
-    remembers advice, it waits for a person only in states in which nothing was said yet.
-
-    Raises
-    ------
-    ParameterError: for a parameter that cannot be.
-
+    Call all methods but `do` in the thread that spins the node. Those that need a world raise
+    ValueError before there is one, and for what cannot be, with a sentence for the person. A
+    learner that remembers advice waits for a person only in states without earlier advice.
     """
 
-    def __init__(self, **kwargs):
+    machine: HumanMentor
+
+    def __init__(self, **kwargs: Any) -> None:
         super().__init__('mentor', **kwargs)
-        self.actor = HumanMentor()
-        self._patience = self.declare(PATIENCE)
-        self._waiting, self._since = None, 0.0
-        self._mapped, self._stale, self._said_map = None, False, float('-inf')
-        self._deeds, self._making = SimpleQueue(), []
+        self.machine = HumanMentor()
+        self._patience, self._pace = self.declare(PATIENCE), PaceClock(self)
+        self._waiting, self._since = None, 0.0  # the observation that waits, and since when
+        self._published_run: int | None = None
+        self._has_changed, self._published = False, float('-inf')
+        self._calls: SimpleQueue[tuple[Future, Callable[[], Any]]] = SimpleQueue()
         for topic in (RECOMMENDATION, MENTOR_POLICY):
             self.advertise(topic)
-        self.serves(Recommend, RECOMMEND, recommends(self.actor))
+        self.serve(Recommend, RECOMMEND, recommend(self.machine))
         self.subscribe(WORLD, self.on_world)
-        self.subscribe(STATE, self.actor.observe)
-        sets(self, self._set_patience)
-        self.create_timer(LOOK, self._look_around)
+        self.subscribe(STATE, self.machine.observe)
+        self.on_parameters_set(self._set_patience)
+        steady_timer(self, POLL_PERIOD, self._poll)
 
     @property
-    def policy(self):
-        """`advice[s]`, int8, not to be changed in place; None before there is a world."""
-        return self.actor.painted
+    def policy(self) -> NDArray[np.int8] | None:
+        """`advice[s]`, not to be changed in place; None before there is a world."""
+        return self.machine.edited_policy
 
     @property
-    def steering(self):
-        """Whether the robot's questions wait for the person; may be set."""
-        return self.actor.steering
+    def steering(self) -> bool:
+        """Whether observations wait for the person; may be set."""
+        return self.machine.steering
 
     @steering.setter
-    def steering(self, wanted):
-        self.answer(self.actor.take_the_wheel(bool(wanted)))
+    def steering(self, wanted: bool) -> None:
+        self.respond(self.machine.set_steering(bool(wanted)))
 
     @property
-    def seconds_left(self):
-        """Seconds that the robot still waits for the person; None where it does not."""
-        if self.actor.waiting is None or self._waiting is not self.actor.waiting:
+    def seconds_left(self) -> float | None:
+        """Seconds that the robot still waits for the person; None where it does not wait."""
+        if self.machine.waiting is None or self._waiting is not self.machine.waiting:
             return None
-        return max(0.0, self._since + self._patience - time.monotonic())
+        return max(0.0, self._since + self._patience - self._pace.seconds())
 
-    def paint(self, cells):
+    def do(self, function: Callable[[], Any]) -> Future:
+        """Have the thread that spins this node call a function soon; for any thread."""
+        future: Future = Future()
+        self._calls.put((future, function))
+        return future
+
+    def paint(self, cells: Mapping[int, int]) -> None:
         """
-        Advise otherwise in some states from the next question on.
+        Change the advice in some states, from the next observation on.
 
-        cells: table of actions by state; -1 for no advice.
-
-        Raises
-        ------
-        ValueError: with one sentence for the person; then nothing changes.
-
+        cells: actions by state; -1 for no advice. If one is invalid, nothing changes.
         """
-        self.actor.paint(cells)
-        self._republish()
+        self.machine.edit(cells)
+        self._publish_changed()
 
-    def use(self, policy):
-        """Advise by `policy[s]` from the next question on; raises ValueError as `paint` does."""
-        self.actor.replace(policy)
-        self._republish()
+    def use(self, policy: NDArray[np.int8]) -> None:
+        """Advise by `policy[s]`, from the next observation on."""
+        self.machine.replace(policy)
+        self._publish_changed()
 
-    def erase(self):
-        """Say nothing anywhere; raises ValueError before there is a world."""
-        self.paint(dict.fromkeys(range(len(self._policy_needed())), -1))
+    def erase(self) -> None:
+        """Advise nothing anywhere."""
+        self.use(np.full_like(self._known_policy(), -1))
 
-    def steer(self, action):
-        """Answer the question that waits; return whether one did. Raises ValueError as `paint`."""
-        outputs = self.actor.steer(action)
-        self.answer(outputs)
+    def steer(self, action: int) -> bool:
+        """Give advice for the observation that waits; return whether one did."""
+        outputs = self.machine.steer(action)
+        self.respond(outputs)
         if outputs:
-            self._republish()
+            self._publish_changed()
         return bool(outputs)
 
-    def load(self, path):
-        """Advise by a policy file; raises ValueError with one sentence."""
-        self._policy_needed()
-        self.use(read_policy(path, self.actor.world))
+    def load(self, path: str | Path) -> None:
+        """Advise by a policy file."""
+        self._known_policy()
+        self.use(read_policy(path, self.machine.world))
 
-    def save(self, path):
-        """Write the policy to a file; raises ValueError with one sentence."""
-        write_policy(path, self._policy_needed(), self.actor.world)
+    def save(self, path: str | Path) -> None:
+        """Write the policy to a file."""
+        write_policy(path, self._known_policy(), self.machine.world)
 
-    def spoil(self, share, seed=0):
-        """
-        Advise, in a share of the states, any action of the cell.
-
-        Raises
-        ------
-        ValueError: for a share outside of [0, 1], or before there is a world.
-
-        """
+    def spoil(self, share: float, seed: int = 0) -> None:
+        """Advise any action of the cell in a share of the states."""
         if not 0.0 <= share <= 1.0:
             raise MentorError(f'a share must lie in [0, 1], got {share}')
         generator = np.random.Generator(np.random.PCG64(seed))
-        self.use(spoiled_policy(self._policy_needed(), self.actor.world, share, generator))
+        self.use(spoiled_policy(self._known_policy(), self.machine.world, share, generator))
 
-    def begin_from(self, spec, seed=0):
+    def begin_from(self, spec: str, seed: int = 0) -> Future:
         """
-        Advise as a generated mentor does, as soon as it is made; some take seconds.
+        Advise as a generated mentor does, as soon as it is generated; some take seconds.
 
         spec: as the parameter `mentor` of a mentor node, such as 'noisy:0.2'.
 
-        Returns
-        -------
-        concurrent.futures.Future: done when it is used, or with the error that a person can read.
-
-        Raises
-        ------
-        ValueError: for an unknown mentor, or before there is a world.
-
+        Return a future that is done when the mentor is used, or has an error for the person.
         """
-        self._policy_needed()
-        made = in_background(mentor_policy, read_mentor_spec(spec), self.actor.world, seed)
-        used = Future()
-        self._making.append((made, used, self.actor.world))
+        self._known_policy()
+        world, used = self.machine.world, Future()
+        in_background(mentor_policy, read_mentor_spec(spec), world, seed).add_done_callback(
+            lambda generated: self._calls.put(
+                (used, lambda: self._use_in(world, generated.result()))))
         return used
 
-    def do(self, deed):
-        """Have the thread that spins this node call `deed()` soon; return the `Future` of it."""
-        future = Future()
-        self._deeds.put((deed, future))
-        return future
-
-    def on_world(self, msg):
-        """Return what is to be said about a world, with the map of all advice in a new run."""
+    def on_world(self, msg: WorldDescription) -> Outputs:
+        """Return what to publish about a world, with the map of all advice in a new run."""
         try:
-            return self._with_map(self.actor.on_world(msg))
+            return self._with_map(self.machine.on_world(msg))
         except ValueError as error:
             return (rejected_description(error),)
 
-    def look(self):
-        """Return what is to be said if another world is attended to now."""
-        return self._with_map(super().look())
+    def tick(self) -> Outputs:
+        """Return what to publish if another world takes the place of this one now."""
+        return self._with_map(super().tick())
 
-    def words(self):
-        """How it is while all is well."""
-        return 'waits for the person' if self.actor.waiting else 'runs'
+    def status_text(self) -> str:
+        """Return the status while all is well."""
+        return 'waits for the person' if self.machine.waiting else 'runs'
 
-    def _policy_needed(self):
+    def _known_policy(self) -> NDArray[np.int8]:
         if self.policy is None:
             raise PolicyError('a policy must be for a world, and none is known yet')
         return self.policy
 
-    def _with_map(self, outputs):
-        described = self.actor.described
-        if described is None or described.run == self._mapped:
+    def _with_map(self, outputs: Outputs) -> Outputs:
+        world = self.machine.tracker.description
+        if world is None or world.run == self._published_run:
             return outputs
-        self._mapped = described.run
-        return (map_of_advice(self.actor), *outputs)
+        self._published_run = world.run
+        return (policy_message(self.machine), *outputs)
 
-    def _set_patience(self, values):
+    def _set_patience(self, values: dict[str, Any]) -> None:
         self._patience = values.get(PATIENCE.name, self._patience)
 
-    def _look_around(self):
-        """Lose patience with the person, say the map if it is due, use what was made."""
-        now, waiting = time.monotonic(), self.actor.waiting
-        if waiting is not self._waiting or self.paused:
+    def _publish_changed(self) -> None:
+        self._has_changed = True
+        self._publish_if_due()
+
+    def _publish_if_due(self) -> None:
+        now = time.monotonic()
+        if self._has_changed and now - self._published >= MAP_PERIOD:
+            self._has_changed, self._published = False, now
+            self.respond((policy_message(self.machine),))
+
+    def _poll(self) -> None:
+        """Give no advice where patience ends, publish the map if it is due, make calls."""
+        now, waiting = self._pace.seconds(), self.machine.waiting
+        if waiting is not self._waiting or self.blocked:
             self._waiting, self._since = waiting, now
         elif waiting is not None and now - self._since >= self._patience:
-            self.answer(self.actor.give_up())
-        self._say_map()
-        self._use_what_was_made()
-        self._do_all()
+            self.respond(self.machine.give_up())
+        self._publish_if_due()
+        while True:
+            try:
+                future, function = self._calls.get_nowait()
+            except Empty:
+                return
+            _resolve(future, function)
 
-    def _republish(self):
-        self._stale = True
-        self._say_map()
-
-    def _say_map(self):
-        now = time.monotonic()
-        if self._stale and now - self._said_map >= PERIOD:
-            self._stale, self._said_map = False, now
-            self.answer((map_of_advice(self.actor),))
-
-    def _use_what_was_made(self):
-        for each in [each for each in self._making if each[0].done()]:
-            self._making.remove(each)
-            made, used, world = each
-            resolve(used, lambda: self._use_in(world, made.result()))
-
-    def _use_in(self, world, policy):
-        if world is not self.actor.world:
+    def _use_in(self, world: World | None, policy: NDArray[np.int8]) -> None:
+        if world is not self.machine.world:
             raise PolicyError('a policy must be for the world that is here, and that one is gone')
         self.use(policy)
 
-    def _do_all(self):
-        while True:
-            try:
-                deed, future = self._deeds.get_nowait()
-            except Empty:
-                return
-            resolve(future, deed)
 
-
-def resolve(future, deed):
+def _resolve(future: Future, function: Callable[[], Any]) -> None:
     """Change a `Future` into what a call returns or raises."""
     try:
-        future.set_result(deed())
+        future.set_result(function())
     except Exception as error:  # noqa: BLE001 - whoever asks for the result gets it
         future.set_exception(error)

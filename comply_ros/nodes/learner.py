@@ -20,14 +20,13 @@ from comply_ros.nodes.clocks import PaceClock, PaceTimer
 from comply_ros.nodes.cost_throttle import CostThrottle
 from comply_ros.nodes.parameters import (
     ADVICE_TIMEOUT,
-    field_parameters,
+    config_parameters,
     MAP_PERIOD,
     METHOD,
     ParameterError,
     PROFILE,
     REMEMBERS_ADVICE,
     SEED,
-    sets,
 )
 from comply_ros.nodes.protocol_node import ProtocolNode
 from comply_ros.nodes.spin import run_node
@@ -76,7 +75,7 @@ class LearnerNode(ProtocolNode):
         name, profile, seed = (self.declare(each) for each in (METHOD, PROFILE, SEED))
         preset = find_method(name, profile)
         config = replace(preset, **{each.name: self.declare(each)
-                                    for each in field_parameters(preset)})
+                                    for each in config_parameters(preset)})
         remembers = self.declare(REMEMBERS_ADVICE)
         self._identity = name, seed, remembers
         self.machine = Learner(config, seed, remembers, 1 + secrets.randbelow(2 ** 32 - 1))
@@ -93,7 +92,7 @@ class LearnerNode(ProtocolNode):
         self.subscribe(WORLD, self.on_world)
         self.subscribe(STATE, self.on_state)
         self._follow_settings()
-        sets(self, self._change, self._check_changes)
+        self.on_parameters_set(self._change, self._check_changes)
         self.serve(Trigger, RESET, self.reset)
         self._publish_saved()
 
@@ -166,7 +165,7 @@ class LearnerNode(ProtocolNode):
 
     def _load(self, identity: dict[str, Any]) -> None:
         """Continue from the saved state, if there is one."""
-        saved, machine = self.checkpointing.recall(
+        saved, machine = self.checkpointing.load(
             identity, (AnsweredObservation, Recommendation)), self.machine
         self._home: str | None = None  # the hash of the world that the state is of
         if saved is None:
@@ -201,9 +200,9 @@ class LearnerNode(ProtocolNode):
         """Return if parameters may be changed so; raises ValueError."""
         changes = {name: value for name, value in values.items() if name in CHANGEABLE}
         self.machine.check_changes(changes)
-        if changes and self.checkpointing.trouble:
+        if changes and self.checkpointing.error:
             raise ParameterError('a change must be saved before it counts, and this node '
-                                 f'{self.checkpointing.trouble}')
+                                 f'{self.checkpointing.error}')
 
     def _change(self, values: dict[str, Any]) -> None:
         """Continue under other settings, which are saved before they count."""
@@ -234,7 +233,7 @@ class LearnerNode(ProtocolNode):
         description = self.machine.tracker.description
         if outputs and type(outputs[0]) is Notice:
             outputs = (outputs[0], self._describe(step_count), *outputs[1:])
-        if self.checkpointing.keeper is None or description is None:
+        if self.checkpointing.store is None or description is None:
             return outputs
         if self._home not in (None, description.sha256):
             self.mistake = StateError(
@@ -265,20 +264,20 @@ class LearnerNode(ProtocolNode):
             return outputs
         if outputs[-1].finished:
             self._log_finished()
-        elif not self._map_throttle.over():
+        elif not self._map_throttle.is_due():
             return outputs
         return (*outputs, *self._maps())
 
     def publish(self, outputs: Outputs) -> None:
         """Publish, or log, each of the outputs; what maps cost puts the next ones off."""
         if len(outputs) > 1 and type(outputs[-1]) is LearnerDescription:
-            self._map_throttle.timed(super().publish, outputs)
+            self._map_throttle.go_on(super().publish, outputs)
         else:
             super().publish(outputs)
 
     def _maps(self) -> Outputs:
         """Return what is published on `trust`, `policy` and `values`."""
-        return self._map_throttle.timed(self._make_maps, begins=True)
+        return self._map_throttle.start(self._make_maps)
 
     def _make_maps(self) -> Outputs:
         machine = self.machine

@@ -11,7 +11,7 @@ from typing import Any
 from comply_msgs.srv import Recommend
 
 from comply_ros.mentor.mentor_policies import MentorError
-from comply_ros.mentor.policy_text import PolicyError
+from comply_ros.mentor.policy import PolicyError
 from comply_ros.nodes.clocks import steady_timer
 from comply_ros.nodes.parameters import ADVISING, BUDGET, MENTOR, MENTOR_SEED, ParameterError
 from comply_ros.nodes.protocol_node import map_text, ProtocolNode
@@ -98,7 +98,7 @@ class MentorNode(ProtocolNode):
 
     def _saved(self, policy: Any, description: WorldDescription) -> Any:
         """Return the saved state of this mentor, None where there is none."""
-        return self.checkpointing.recall({
+        return self.checkpointing.load({
             'mentor': self._mentor, 'seed': self._seed,
             'map': map_text(description.name, description.sha256),
             'budget': self.get_parameter('budget').value,

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The nodes of a lesson as processes: started together, watched, and ended cleanly."""
+"""Nodes as processes: started together, watched, and ended cleanly."""
 
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 import os
 from pathlib import Path
 import signal
@@ -8,12 +10,14 @@ import subprocess
 import sys
 import time
 
+from comply_ros.nodes.spin import HOLD
+
 START = 'import sys; from comply_ros.executables import {0}; sys.argv[0] = "{0}"; sys.exit({0}())'
 CHILD = ('from comply_ros.terminal.interrupts import end_with_parent; end_with_parent({1}); '
          + START)
 LAST_LINES = 12
-PATIENCE = 5.0  # seconds that a node has to end after Ctrl-C
-AT_MOST, RECENT = 20, 10.0  # starts of a node in so many seconds; more are no kills but a defect
+END_TIMEOUT = 5.0  # seconds that a node has to end after Ctrl-C
+MAX_STARTS, START_WINDOW = 20, 10.0  # starts in so many seconds; more are a defect, not kills
 
 
 class NodeDied(RuntimeError):
@@ -28,87 +32,99 @@ class NodeProcess:
     ----------
     name: of the executable.
     arguments: after `--ros-args`.
-    folder: where `NAME.log` goes.
+    folder: of the log file, `NAME.log`.
+    held: whether it loads what it needs and then waits for `release` before it makes its node.
 
     """
 
-    def __init__(self, name, arguments, folder):
+    def __init__(self, name: str, arguments: Sequence[str], folder: Path | str,
+                 held: bool = False) -> None:
         self.name, self.log = name, Path(folder) / f'{name}.log'
         self._arguments, self._starts = arguments, []
         self.log.write_bytes(b'')
-        self.start()
+        self._start(held)
 
-    def start(self):
-        """Start the process; its output goes behind what is in its file."""
+    def _start(self, held: bool) -> None:
         self._starts.append(time.monotonic())
         with self.log.open('ab') as output:
             self._process = subprocess.Popen(
                 [sys.executable, '-P', '-c', CHILD.format(self.name, os.getpid()),
                  '--ros-args', '--enclave', f'/{self.name}', *self._arguments],
-                stdout=output, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL,
+                stdin=subprocess.PIPE if held else subprocess.DEVNULL, stdout=output,
+                stderr=subprocess.STDOUT, env={**os.environ, HOLD: '1'} if held else None,
                 start_new_session=True)  # Ctrl-C is for the lesson, which then ends its nodes
 
+    def release(self) -> None:
+        """Let a held process make its node."""
+        if self._process.stdin:
+            with suppress(BrokenPipeError):  # it has died: `check` tells
+                self._process.stdin.write(b'\n')
+                self._process.stdin.close()
+
     @property
-    def pid(self):
+    def pid(self) -> int:
         """Process id."""
         return self._process.pid
 
-    def check(self):
-        """
-        Return if the node lives.
-
-        Raises
-        ------
-        NodeDied: if it does not.
-
-        """
+    def check(self) -> None:
+        """Return if the node runs; raises NodeDied."""
         code = self._process.poll()
         if code is not None:
-            raise NodeDied(f'{self.name} ended with {_code(code)}; its last lines:\n'
-                           f'{self.last_lines()}')
+            how = f'exit code {code}' if code >= 0 else f'signal {signal.Signals(-code).name}'
+            raise NodeDied(f'{self.name} ended with {how}; its last lines:\n{self.last_lines()}')
 
-    def respawn(self):
+    def respawn(self) -> bool:
         """
         Start the node again if it was killed; return whether it was.
 
-        Raises
-        ------
-        NodeDied: if it ended by itself, or was killed too often in too short a time.
-
+        Raises NodeDied if it ended by itself, or was killed too often in too short a time.
         """
         code = self._process.poll()
         if code is None:
             return False
-        self._starts = [start for start in self._starts if start > time.monotonic() - RECENT]
-        if code >= 0 or len(self._starts) > AT_MOST:
+        self._starts = [start for start in self._starts
+                        if start > time.monotonic() - START_WINDOW]
+        if code >= 0 or len(self._starts) > MAX_STARTS:
             self.check()
-        self.start()
+        self._start(held=False)
         return True
 
-    def last_lines(self):
+    def last_lines(self) -> str:
         """Return the end of what the node printed, indented."""
         lines = self.log.read_text(errors='replace').splitlines()[-LAST_LINES:]
         return '\n'.join(f'    {line}' for line in lines) or '    (it printed nothing)'
 
-    def kill(self):
+    def kill(self) -> bool:
         """Kill the node as `kill -9` does; return whether it was alive."""
         alive = self._process.poll() is None
         self._process.send_signal(signal.SIGKILL)
         return alive
 
-    def interrupt(self):
+    def interrupt(self) -> None:
         """Ask the node to end, as Ctrl-C does."""
         if self._process.poll() is None:
             os.kill(self.pid, signal.SIGINT)
 
-    def wait(self):
-        """Return its exit code; a node that does not end in time is killed."""
+    def wait(self) -> int:
+        """Return the exit code; a node that does not end in time is killed."""
         try:
-            return self._process.wait(PATIENCE)
+            return self._process.wait(END_TIMEOUT)
         except subprocess.TimeoutExpired:
             self._process.kill()
             return self._process.wait()
 
 
-def _code(code):
-    return f'exit code {code}' if code >= 0 else f'signal {signal.Signals(-code).name}'
+@contextmanager
+def run_nodes(arguments: Mapping[str, Sequence[str]], folder: Path | str, held: bool = False,
+              ) -> Generator[list[NodeProcess], None, None]:
+    """Run nodes, with ROS arguments by name, that end with the block, whatever happens in it."""
+    processes = []
+    try:
+        for name, values in arguments.items():
+            processes.append(NodeProcess(name, values, folder, held))
+        yield processes
+    finally:
+        for process in processes:
+            process.interrupt()
+        for process in processes:
+            process.wait()

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters with descriptors, declared from what core knows of them."""
+"""The parameters of all nodes in one table, and a node that declares and checks them."""
 
+from collections.abc import Callable
 from dataclasses import fields
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from rcl_interfaces.msg import (
     FloatingPointRange,
@@ -14,8 +15,9 @@ from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
+from rclpy.service import Service
 
-from comply_ros.learner.learner_config import CONFIG_FIELDS
+from comply_ros.learner.learner_config import CONFIG_FIELDS, LearnerConfig
 from comply_ros.learner.presets import METHODS
 from comply_ros.mentor.advice_budget import ADVISING_MODES, UNLIMITED
 from comply_ros.numerics.rng import SEED_LIMIT
@@ -23,209 +25,208 @@ from comply_ros.protocol.channel_faults import Faults
 
 
 class ParameterError(ValueError):
-    """A parameter that cannot be; the message names it, the rule and the value."""
+    """A parameter with an invalid value; the message names it, the rule and the value."""
 
 
 class Parameter(NamedTuple):
-    """One parameter of a node: its name, default and meaning, and what it may be."""
+    """One parameter of a node: name, default, description, and which values are valid."""
 
     name: str
-    default: object
-    text: str
-    low: float = None
-    high: float = None
-    choices: tuple = None
-    changes: bool = False  # whether it may change while the node runs
+    default: Any
+    description: str
+    range: tuple[float, float] | None = None
+    choices: tuple[str, ...] | None = None
+    read_only: bool = True  # else it may be set while the node runs
 
 
-def field_parameters(method):
-    """Parameters of the learner for every field of `LearnerConfig`, with that row's values."""
-    return [Parameter(name, getattr(method, name), row.metadata['text'], row.metadata['low'],
-                      row.metadata['high'], row.metadata.get('choices'), changes=True)
-            for name, row in CONFIG_FIELDS.items()]
+def config_parameters(config: LearnerConfig) -> list[Parameter]:
+    """Parameters of the learner for every field of `LearnerConfig`; defaults from `config`."""
+    return [_from_metadata(name, getattr(config, name), field.metadata, read_only=False)
+            for name, field in CONFIG_FIELDS.items()]
 
 
-MAP = Parameter('map', 'maze', 'Name of a map that comes with the package, or a file')
+def _from_metadata(name, default, metadata, read_only):
+    low, high = metadata['low'], metadata['high']
+    return Parameter(name, default, metadata['text'], None if low is None else (low, high),
+                     metadata.get('choices'), read_only)
+
+
+MAP = Parameter('map', 'maze', 'Name of a map of this package, or path of a map file')
 PROFILE = Parameter(
     'profile', 'published', 'Settings of the text of the report, or of the runs behind its '
     'figures', choices=tuple(METHODS))
-SEED = Parameter('seed', 0, 'Seed of the random numbers', 0, SEED_LIMIT)
+SEED = Parameter('seed', 0, 'Seed of the random numbers', (0, SEED_LIMIT))
 SLOWEST, FASTEST = 0.001, 1000  # steps per second that a world can be slowed down to
 RATE = Parameter(
-    'rate', 0.0, 'Steps per second; 0: as fast as the loop goes', 0, FASTEST, changes=True)
+    'rate', 0.0, 'Steps per second; 0: as fast as possible', (0, FASTEST), read_only=False)
 METHOD = Parameter(
-    'method', 'beta_implicit', 'How to learn; sets the defaults of the parameters below',
+    'method', 'beta_implicit', 'Learning method; sets the defaults of the parameters below',
     choices=tuple(METHODS['published']))
 MENTOR = Parameter(
     'mentor', 'snapshot:0.75', 'optimal, random, adversarial, noisy:P, snapshot:Q, file:PATH '
-    'or none; with @C behind it, in a share C of the states only')
+    'or none; with @C behind it, advice in a share C of the states only')
 BUDGET = Parameter(
-    'budget', UNLIMITED, 'Recommendations that the mentor has to give; 0: no limit', 0,
-    1_000_000_000)
+    'budget', UNLIMITED, 'Recommendations that the mentor may give; 0: no limit',
+    (0, 1_000_000_000))
 ADVISING = Parameter(
-    'advising', 'early', 'With a budget, when it gives one: in the first states, where much '
-    'depends on it, or where the learner did something else the last time (then the learner '
-    'needs remembers_advice false)', choices=ADVISING_MODES)
-MENTOR_SEED = Parameter(
-    'seed', 0, 'Which one of the mentors of this kind', 0, SEED_LIMIT)
+    'advising', 'early', 'With a budget, when the mentor spends it: in the first states, where '
+    'much depends on the action, or where the learner did something else the last time (then the '
+    'learner needs remembers_advice false)', choices=ADVISING_MODES)
+MENTOR_SEED = Parameter('seed', 0, 'Which one of the mentors of this kind', (0, SEED_LIMIT))
 MAP_PERIOD = Parameter(
-    'map_period', 1.0, 'Least time between two maps over all states, in seconds; at least 60 '
-    'times as long as the last ones took', 0, 3600)
+    'map_period', 1.0, 'Seconds between two maps over all states, at least; never less than 60 '
+    'times what the last ones took', (0, 3600))
 REMEMBERS_ADVICE = Parameter(
-    'remembers_advice', True, 'In a state in which the mentor has spoken before, act at once on '
-    'what it said then; what it says now counts from the next visit on', changes=True)
+    'remembers_advice', True, 'In a state with earlier advice, act on it at once; newer advice '
+    'there counts from the next visit on', read_only=False)
 ADVICE_TIMEOUT = Parameter(
-    'advice_timeout', 0.0, 'Seconds of silence, in each state, after which the mentor counts as '
-    'having no advice there; 0: it is waited for', 0, 3600, changes=True)
+    'advice_timeout', 0.0, 'Seconds to wait for advice in a state before going on without it; 0: '
+    'no limit', (0, 3600), read_only=False)
 PATIENCE = Parameter(
-    'patience', 1.0, 'While a person steers: seconds that a question waits for the person, before '
-    'the answer is no advice', 0.05, 3600, changes=True)
+    'patience', 1.0, 'While a person steers: seconds that an observation waits for the person, '
+    'before the recommendation is no advice', (0.05, 3600), read_only=False)
 POLICY_FILE = Parameter(
-    'policy_file', 'policy.txt', 'File to which the policy of a person is saved')
+    'policy_file', 'policy.txt', 'File to which a human mentor saves the policy')
 STATE_DIR = Parameter(
-    'state_dir', '', 'Folder in which the node keeps what it needs to go on after a kill as if '
-    'nothing had happened; empty: nothing is kept')
+    'state_dir', '', 'Folder for the checkpoint and journal with which the node goes on after a '
+    'kill as if nothing had happened; empty: nothing is stored')
 BAG = Parameter(
-    'bag', '', 'Folder of the bag to write, which must not be there yet; empty: named after the '
+    'bag', '', 'Folder of the bag to write, which must not exist yet; empty: named after the '
     'time, in runs/')
 TOPICS = Parameter(
-    'topics', ['state', 'recommendation', 'action'], 'Topics to relay: what is heard on '
-    'NAME/before is said on NAME')
-KEPT = Parameter(
-    'depth', 1, 'Messages that a latched topic keeps for who comes late: the depth of the '
-    'publisher that is relayed, which the graph does not tell', 1, 100_000)
-FRAME = Parameter('frame', 'map', 'Coordinate frame of all that the viewer publishes')
-CELL_SIZE = Parameter('cell_size', 1.0, 'Side of a cell, in metres', 0.001, 1000)
+    'topics', ['state', 'recommendation', 'action'], 'Topics to relay: messages on NAME/before '
+    'are published on NAME')
+DEPTH = Parameter(
+    'depth', 1, 'Messages of a latched topic that late subscribers receive: the depth of the '
+    'relayed publisher, which discovery does not tell', (1, 100_000))
+FRAME = Parameter('frame', 'map', 'Coordinate frame of everything that the viewer publishes')
+CELL_SIZE = Parameter('cell_size', 1.0, 'Side of a cell, in metres', (0.001, 1000))
 ROBOT_RATE = Parameter(
-    'robot_rate', 10.0, 'How often a second robot, trail and returns are shown, if they changed',
-    0.01, 100)
+    'robot_rate', 10.0, 'How often per second robot, trail and returns are published, if they '
+    'changed', (0.01, 100))
 MAP_RATE = Parameter(
-    'map_rate', 1.0, 'How often a second maps and arrows are shown, if they changed', 0.01, 100)
+    'map_rate', 1.0, 'How often per second maps and arrows are published, if they changed',
+    (0.01, 100))
 TRAIL_LENGTH = Parameter(
-    'trail_length', 1000, 'Points of the trail of an episode, at most', 1, 100_000)
+    'trail_length', 1000, 'Points of the trail of an episode, at most', (1, 100_000))
 ADDRESS = Parameter(
     'address', 'localhost', 'Address that the page is served on; one that other machines reach, '
-    'such as 0.0.0.0, asks for the token')
-PORT = Parameter('port', 8080, 'Port that the page is served on; 0: any free one', 0, 65535)
+    'such as 0.0.0.0, requires the token')
+PORT = Parameter('port', 8080, 'Port that the page is served on; 0: any free one', (0, 65535))
 TOKEN = Parameter(
-    'token', '', 'What a page has to know before it sees anything; empty: none is asked for on '
-    'localhost, elsewhere one is made and printed')
+    'token', '', 'What a browser has to present before it sees the page; empty: nothing on '
+    'localhost, elsewhere a token is generated and printed')
 TEACH = Parameter(
     'teach', True, 'Whether a person teaches on the page, as the node mentor; false: the page '
     'only watches')
-FAULTS = tuple(Parameter(each.name, each.default, **each.metadata) for each in fields(Faults))
-
-OURS = (MAP, PROFILE, SEED, RATE, METHOD, MENTOR, BUDGET, ADVISING, MAP_PERIOD,
-        REMEMBERS_ADVICE, ADVICE_TIMEOUT, PATIENCE, POLICY_FILE, STATE_DIR, BAG, TOPICS, KEPT,
-        FRAME, CELL_SIZE, ROBOT_RATE, MAP_RATE, TRAIL_LENGTH, ADDRESS, PORT, TOKEN,
-        TEACH, *FAULTS)
-ROS = {'use_sim_time', 'start_type_description_service'}
+FAULTS = tuple(_from_metadata(field.name, field.default, field.metadata, read_only=True)
+               for field in fields(Faults))
+ROS_PARAMETERS = (  # of every node, declared by rclpy
+    Parameter('use_sim_time', False, 'Follow the topic /clock', read_only=False),
+    Parameter('start_type_description_service', True, 'Serve the definitions of types'))
+KNOWN_NAMES = {each.name for each in (*globals().values(), *FAULTS, *ROS_PARAMETERS)
+               if isinstance(each, Parameter)} | set(CONFIG_FIELDS)
+PARAMETER_TYPES = {kind.value for kind in RosParameter.Type}
 
 
 class SafeParameterNode(Node):
-    """A node that lives on when its parameters are set to a type that there is not."""
-
-    def create_service(self, kind, name, reply, **settings):
-        """Make a service; those that set parameters refuse what rclpy ends the node for."""
-        refuse = {SetParameters: _refuse_each, SetParametersAtomically: _refuse_all}.get(kind)
-
-        def answer(request, response):
-            problem = _problem_of_types(request.parameters)
-            return refuse(request, response, problem) if problem else reply(request, response)
-        return super().create_service(kind, name, answer if refuse else reply, **settings)
-
-
-def _problem_of_types(parameters):
-    known = {kind.value for kind in RosParameter.Type}
-    for parameter in parameters:
-        if parameter.value.type not in known:
-            return SetParametersResult(
-                successful=False, reason='the type of a parameter must be one of '
-                f'{min(known)} to {max(known)}, got {parameter.value.type}')
-    return None
-
-
-def _refuse_each(request, response, problem):
-    response.results = [problem] * len(request.parameters)
-    return response
-
-
-def _refuse_all(request, response, problem):
-    response.result = problem
-    return response
-
-
-def declare(node, parameter):
     """
-    Declare a parameter and return its value.
+    A node that declares parameters of the table above, and lives on after malformed requests.
 
-    Raises
-    ------
-    ParameterError: for a value of another type, out of range, or not among the choices.
-
+    It warns of parameters on its command line that no node has. Raises ParameterError.
     """
-    try:
-        value = node.declare_parameter(parameter.name, parameter.default,
-                                       descriptor(parameter)).value
-    except (InvalidParameterTypeException, InvalidParameterValueException) as error:
-        raise ParameterError(_sentence(node, parameter, error)) from None
-    if value is None:  # rclpy takes the empty list of a file for no value, and no default either
-        raise ParameterError(_sentence(node, parameter, '[]'))
-    if parameter.choices and value not in parameter.choices:
-        raise ParameterError(f'parameter {parameter.name} must be one of '
-                             f'{", ".join(parameter.choices)}, got {value!r}')
-    return value
 
-
-def sets(node, change, check=lambda values: None):
-    """
-    Have parameters of a node change while it runs.
-
-    change: called with a table of the new values by name, when they are set.
-    check: called with such a table before, of values of the right type and range; raises
-        ValueError, with a sentence, to refuse it.
-
-    """
-    def refuse(parameters):
+    def __init__(self, name: str, **kwargs: Any) -> None:
         try:
-            check({each.name: each.value for each in parameters})
-        except ValueError as error:
-            return SetParametersResult(successful=False, reason=str(error))
-        return SetParametersResult(successful=True)
-    node.add_on_set_parameters_callback(refuse)
-    node.add_post_set_parameters_callback(
-        lambda parameters: change({each.name: each.value for each in parameters}))
+            super().__init__(name, **kwargs)
+        except InvalidParameterTypeException as error:
+            wrong = next(each for each in ROS_PARAMETERS
+                         if type(self._override(each)) not in (bool, type(None)))
+            raise ParameterError(_type_rule(wrong, self._override(wrong))) from error
+        for name in self._parameter_overrides:
+            prefix, dot, _ = name.partition('.')  # rcl has names with dots, as of QoS overrides
+            if name not in KNOWN_NAMES and (not dot or prefix in KNOWN_NAMES):
+                self.get_logger().warning(f'parameter {name!r} is unknown and has no effect')
+
+    def declare(self, parameter: Parameter) -> Any:
+        """Declare a parameter and return its value; raises ParameterError if it is invalid."""
+        try:
+            value = self.declare_parameter(
+                parameter.name, parameter.default, descriptor(parameter)).value
+        except InvalidParameterTypeException:
+            raise ParameterError(_type_rule(parameter, self._override(parameter))) from None
+        except InvalidParameterValueException:
+            raise ParameterError(
+                f'parameter {parameter.name} must lie in {list(parameter.range or ())}, '
+                f'got {self._override(parameter)!r}') from None
+        if value is None:  # rclpy takes the empty list of a file for no value, and no default
+            raise ParameterError(_type_rule(parameter, []))
+        if parameter.choices and value not in parameter.choices:
+            raise ParameterError(f'parameter {parameter.name} must be one of '
+                                 f'{", ".join(parameter.choices)}, got {value!r}')
+        return value
+
+    def on_parameters_set(self, apply: Callable[[dict[str, Any]], None],
+                          validate: Callable[[dict[str, Any]], None] = lambda values: None,
+                          ) -> None:
+        """
+        Let parameters change while the node runs: call `apply` with new values by name.
+
+        validate: called with them before they are set; raises ValueError to reject them.
+        """
+        def check(parameters: list[RosParameter]) -> SetParametersResult:
+            try:
+                validate({each.name: each.value for each in parameters})
+            except ValueError as error:
+                return SetParametersResult(successful=False, reason=str(error))
+            return SetParametersResult(successful=True)
+        self.add_on_set_parameters_callback(check)
+        self.add_post_set_parameters_callback(
+            lambda parameters: apply({each.name: each.value for each in parameters}))
+
+    def create_service(self, srv_type: Any, srv_name: str, callback: Callable[..., Any],
+                       **settings: Any) -> Service:
+        """Create a service; those that set parameters reject types that would end rclpy."""
+        def reply(request: Any, response: Any) -> Any:
+            unknown = [each.value.type for each in request.parameters
+                       if each.value.type not in PARAMETER_TYPES]
+            if not unknown:
+                return callback(request, response)
+            rejection = SetParametersResult(
+                successful=False, reason='the type of a parameter must be one of '
+                f'{min(PARAMETER_TYPES)} to {max(PARAMETER_TYPES)}, got {unknown[0]}')
+            if srv_type is SetParameters:
+                response.results = [rejection] * len(request.parameters)
+            else:
+                response.result = rejection
+            return response
+        sets_parameters = srv_type in (SetParameters, SetParametersAtomically)
+        return super().create_service(
+            srv_type, srv_name, reply if sets_parameters else callback, **settings)
+
+    def _override(self, parameter: Parameter) -> Any:
+        """Value that was given on the command line or in a file, None where none was."""
+        given = self._parameter_overrides.get(parameter.name)
+        return None if given is None else given.value
 
 
-def descriptor(parameter):
-    """`ParameterDescriptor` with description and range."""
-    described = ParameterDescriptor(description=parameter.text, read_only=not parameter.changes)
+def descriptor(parameter: Parameter) -> ParameterDescriptor:
+    """`ParameterDescriptor` with description, range and choices."""
+    result = ParameterDescriptor(description=parameter.description, read_only=parameter.read_only)
     if parameter.choices:
-        described.additional_constraints = 'one of ' + ', '.join(parameter.choices)
-    if parameter.low is not None and type(parameter.default) is float:
-        described.floating_point_range = [FloatingPointRange(
-            from_value=float(parameter.low), to_value=float(parameter.high))]
-    if parameter.low is not None and type(parameter.default) is int:
-        described.integer_range = [IntegerRange(
-            from_value=int(parameter.low), to_value=int(parameter.high))]
-    return described
+        result.additional_constraints = 'one of ' + ', '.join(parameter.choices)
+    if parameter.range and isinstance(parameter.default, float):
+        low, high = parameter.range
+        result.floating_point_range = [FloatingPointRange(
+            from_value=float(low), to_value=float(high))]
+    elif parameter.range:
+        low, high = parameter.range
+        result.integer_range = [IntegerRange(from_value=int(low), to_value=int(high))]
+    return result
 
 
-def unknown_overrides(node):
-    """Names that were given a value, on the command line or in a file, but mean nothing here."""
-    given = getattr(node, '_parameter_overrides', {})
-    ours = {parameter.name for parameter in OURS} | set(CONFIG_FIELDS) | ROS
-    return [name for name in given
-            if name not in ours and ('.' not in name or name.partition('.')[0] in ours)]
-
-
-def _sentence(node, parameter, error):
-    given = getattr(node, '_parameter_overrides', {}).get(parameter.name)
-    value = error if given is None or given.value is None else repr(given.value)
-    if isinstance(error, InvalidParameterValueException):
-        return (f'parameter {parameter.name} must lie in [{parameter.low}, {parameter.high}], '
-                f'got {value}')
+def _type_rule(parameter: Parameter, value: Any) -> str:
     kind = {bool: 'true or false', int: 'an integer such as 1', str: 'a string',
             float: 'a double such as 1.0 (with a point)',
             list: 'a list of strings such as [state, action]'}[type(parameter.default)]
-    return f'parameter {parameter.name} must be {kind}, got {value}'
+    return f'parameter {parameter.name} must be {kind}, got {value!r}'

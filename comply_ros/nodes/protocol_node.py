@@ -5,20 +5,11 @@ from collections.abc import Callable
 import time
 from typing import Any
 
-from rclpy.exceptions import InvalidParameterTypeException
-
 from comply_ros.nodes import cdr
 from comply_ros.nodes.checkpointing import Checkpointing
 from comply_ros.nodes.clocks import steady_timer
-from comply_ros.nodes.diagnostics import Diagnostics, ERROR, OK, WARN
-from comply_ros.nodes.parameters import (
-    declare,
-    Parameter,
-    ParameterError,
-    SafeParameterNode,
-    STATE_DIR,
-    unknown_overrides,
-)
+from comply_ros.nodes.diagnostics import Diagnostics, ERROR, INACTIVE, OK, WARN
+from comply_ros.nodes.parameters import SafeParameterNode, STATE_DIR
 from comply_ros.nodes.topic_type_check import TopicTypeCheck
 from comply_ros.nodes.topics import decoder, encoder, RECOMMENDATION, Topic
 from comply_ros.protocol.messages import Ignored, Inactive, Notice, Outputs, Rejected
@@ -43,10 +34,7 @@ class ProtocolNode(SafeParameterNode):
     machine: Any
 
     def __init__(self, name: str, **kwargs: Any) -> None:
-        try:
-            super().__init__(name, **kwargs)
-        except InvalidParameterTypeException as error:  # of the parameters that every node has
-            raise ParameterError(f'a parameter must be of its type: {error}') from None
+        super().__init__(name, **kwargs)
         self.machine, self.mistake = None, None
         self.diagnostics, self._type_check = Diagnostics(self), TopicTypeCheck(self)
         self.checkpointing = Checkpointing(self, self.declare(STATE_DIR))
@@ -54,19 +42,13 @@ class ProtocolNode(SafeParameterNode):
         self._own_services: list[Any] = []
         self._pending: Outputs | None = None  # until the state is on disk
         self._inactive: str | None = None
-        self._waiting: tuple[str | None, float, bool] = None, 0.0, False
+        self._wait_status: tuple[str | None, float, bool] = None, 0.0, False
         self._handlers: dict[type, Callable[[Any], None]] = {
             Rejected: self._log_rejected, Ignored: self._log_ignored, Notice: self._log_notice,
             Inactive: self._become_inactive}
         self._retry = steady_timer(self, RETRY, self._try_again)
         self._retry.cancel()
         steady_timer(self, 1.0, self._tick)
-        for unknown in unknown_overrides(self):
-            self.get_logger().warning(f'parameter {unknown!r} is unknown and has no effect')
-
-    def declare(self, parameter: Parameter) -> Any:
-        """Declare a parameter and return its value; raises ParameterError."""
-        return declare(self, parameter)
 
     def advertise(self, topic: Topic) -> None:
         """Make a publisher; outputs of the topic's tuple type are published there."""
@@ -100,7 +82,7 @@ class ProtocolNode(SafeParameterNode):
             elif also_blocked:
                 self.publish(handler(decode(message)))
         self.create_subscription(topic.message, topic.name, callback, topic.qos, raw=topic.raw)
-        self._type_check.watch(topic, has_one_speaker=topic is RECOMMENDATION)
+        self._type_check.watch(topic, single_publisher=topic is RECOMMENDATION)
 
     @property
     def blocked(self) -> bool:
@@ -113,7 +95,7 @@ class ProtocolNode(SafeParameterNode):
             return
         if self._pending is not None:
             self._pending = (*self._pending, *outputs)
-        elif self.checkpointing.keep(self.machine):
+        elif self.checkpointing.save(self.machine):
             self.publish(outputs)
         else:
             self._block(outputs)
@@ -138,7 +120,7 @@ class ProtocolNode(SafeParameterNode):
 
     def _try_again(self) -> None:
         """Write what could not be written before, then publish what waited for it."""
-        if self._pending is not None and self.checkpointing.keep(self.machine):
+        if self._pending is not None and self.checkpointing.save(self.machine):
             self._retry.cancel()
             self.machine.allow_gap()
             pending, self._pending = self._pending, None
@@ -153,37 +135,37 @@ class ProtocolNode(SafeParameterNode):
         """Once a second: check the state machine, the disk and the topics; publish the status."""
         if self.machine is None or self.mistake:
             return
-        if self._pending is None and not self.checkpointing.look(self.machine):
+        if self._pending is None and not self.checkpointing.save_if_removed(self.machine):
             self._block(())
         elif self._pending is None:
             self.respond(self.tick())
-        for problem in self._type_check.look():
+        for problem in self._type_check.tick():
             self.get_logger().warning(problem)
         self.diagnostics.publish(*self._status(), self.machine.step_count,
-                                 self.checkpointing.keeper)
+                                 self.checkpointing.store)
 
     def _status(self) -> tuple[bytes, str]:
         """Level and text of the status; what the node waits for is logged once."""
-        what, since, logged = self._waiting
+        what, since, logged = self._wait_status
         now = self.machine.waiting_for()
         if now != what:
             since, logged = time.monotonic(), False
         waits_long = bool(now) and time.monotonic() - since >= PATIENCE - 0.5
         if waits_long and not logged and not self._inactive:
             self.get_logger().warning(f'waits for {now}')
-        self._waiting = now, since, logged or waits_long
-        if self._inactive or self.checkpointing.trouble:
-            return ERROR, self._inactive or self.checkpointing.trouble or ''
+        self._wait_status = now, since, logged or waits_long
+        if self._inactive or self.checkpointing.error:
+            return ERROR, self._inactive or self.checkpointing.error or ''
         return (WARN, f'waits for {now}') if waits_long else (OK, self.status_text())
 
     def _log_rejected(self, output: Rejected) -> None:
-        self.diagnostics.refused[output.kind] += 1
-        if self.diagnostics.refused[output.kind] == 1:
+        self.diagnostics.rejected[output.kind] += 1
+        if self.diagnostics.rejected[output.kind] == 1:
             self.get_logger().warning(f'rejected: {output.reason} (logged once, counted)')
 
     def _log_ignored(self, output: Ignored) -> None:
-        self.diagnostics.dropped[output.kind] += 1
-        if self.diagnostics.dropped[output.kind] == 1:
+        self.diagnostics.ignored[output.kind] += 1
+        if self.diagnostics.ignored[output.kind] == 1:
             self.get_logger().info(f'{output.reason} (harmless; logged once, counted)')
 
     def _log_notice(self, output: Notice) -> None:
@@ -191,7 +173,7 @@ class ProtocolNode(SafeParameterNode):
 
     def _become_inactive(self, output: Inactive) -> None:
         """Publish nothing any more: the publishers and services of this node are gone."""
-        self._inactive = f'inactive: {output.reason}'
+        self._inactive = f'{INACTIVE}: {output.reason}'
         self.get_logger().error(self._inactive)
         for publisher in self._own_publishers:
             self.destroy_publisher(publisher)

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`record`: a node that writes the conversation to an MCAP bag."""
+"""`record`: a node that writes all messages of a lesson to an MCAP bag."""
 
 from pathlib import Path
 import time
+from typing import Any
 
 from ament_index_python import get_package_share_directory
 from diagnostic_msgs.msg import DiagnosticArray
@@ -10,22 +11,18 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from comply_ros.bags.bag_writer import BagWriter, latched
 from comply_ros.nodes import topics
+from comply_ros.nodes.clocks import steady_timer
 from comply_ros.nodes.diagnostics import TOPIC as DIAGNOSTICS
-from comply_ros.nodes.parameters import (
-    BAG,
-    declare,
-    ParameterError,
-    SafeParameterNode,
-    unknown_overrides,
-)
+from comply_ros.nodes.parameters import BAG, ParameterError, SafeParameterNode
 from comply_ros.nodes.spin import run_node
+from comply_ros.nodes.topic_type_check import type_name
 from comply_ros.storage.file_system import printable
 
 TOPICS = tuple(each for each in vars(topics).values() if isinstance(each, topics.Topic))
 DEPTH = 10_000  # messages of a topic that may wait to be written: four seconds at full speed
-TELL = 5.0  # seconds between two words on how many there are
-FLUSH = 1.0  # seconds after which what was heard is in the file, should the recorder be killed
-BUILTIN = ('builtin_interfaces', 'std_msgs', 'diagnostic_msgs', 'comply_msgs')
+COUNT_PERIOD = 5.0  # seconds between two log lines with the number of messages
+FLUSH_PERIOD = 1.0  # seconds after which a message is in the file, should the recorder be killed
+PACKAGES = ('builtin_interfaces', 'std_msgs', 'diagnostic_msgs', 'comply_msgs')
 
 
 class RecordError(RuntimeError):
@@ -33,105 +30,85 @@ class RecordError(RuntimeError):
 
 
 class RecordNode(SafeParameterNode):
-    """
-    Writes all that is said, as it comes over the wire, without looking into it.
+    """Writes every message as it comes over the wire; `mistake` is an error, and ends the node."""
 
-    Attributes
-    ----------
-    mistake: an exception that a callback found; it ends the node.
-
-    """
-
-    def __init__(self, **kwargs):
+    def __init__(self, **kwargs: Any) -> None:
         super().__init__('record', **kwargs)
-        self.mistake, self._told = None, 0
-        self._path = new_path(declare(self, BAG))
+        self.mistake: Exception | None = None
+        self._logged_count = 0
+        self._path = new_path(self.declare(BAG))
         try:
-            self._bag = BagWriter(self._path, definitions())
+            self._bag = BagWriter(self._path, message_definitions())
         except OSError as error:
-            raise RecordError(self._words(error)) from None
+            raise self._error(error) from None
         for topic in TOPICS:
             self._record(topic.message, topic.name, QoSProfile(
                 depth=DEPTH, reliability=ReliabilityPolicy.RELIABLE,
                 durability=DurabilityPolicy.TRANSIENT_LOCAL), (latched(topic.qos.depth),))
         self._record(DiagnosticArray, DIAGNOSTICS, QoSProfile(depth=DEPTH), ())
-        self.create_timer(FLUSH, self._flush)
-        self.create_timer(TELL, self._tell)
-        for unknown in unknown_overrides(self):
-            self.get_logger().warning(f'parameter {unknown!r} is unknown and has no effect')
+        steady_timer(self, FLUSH_PERIOD, self._flush)
+        steady_timer(self, COUNT_PERIOD, self._log_count)
         self.get_logger().info(f'records to {printable(self._path)}')
 
-    def leave(self):
+    def leave(self) -> None:
         """Write the end of the bag: the node ends."""
         try:
             self._bag.close()
         except OSError as error:
-            raise RecordError(self._words(error)) from None
+            raise self._error(error) from None
         counts = ', '.join(f'{name} {count:,}'
                            for name, count in self._bag.counts.items() if count)
         self.get_logger().info(f'wrote {self._count():,} messages to {printable(self._path)} '
-                               f'({counts or "nobody spoke"})')
+                               f'({counts or "no topic had any"})')
 
-    def _record(self, message, name, qos, offered):
+    def _record(self, message: type, name: str, qos: QoSProfile, offered: tuple) -> None:
         name = self.resolve_topic_name(name)
-        package = message.__module__.partition('.')[0]
-        self._bag.add(name, f'{package}/msg/{message.__name__}', offered)
+        self._bag.add(name, type_name(message), offered)
         write, counts = self._bag.write, self._bag.counts
 
-        def take(content):
+        def receive(content: Any) -> None:
             try:
                 write(name, time.time_ns(), content)
                 if counts[name] == 1:
-                    self.get_logger().info(f'hears {name}')
+                    self.get_logger().info(f'receives {name}')
             except OSError as error:
-                self.mistake = RecordError(self._words(error))
-        self.create_subscription(message, name, take, qos, raw=True)
+                self.mistake = self._error(error)
+        self.create_subscription(message, name, receive, qos, raw=True)
 
-    def _flush(self):
+    def _flush(self) -> None:
         try:
             self._bag.flush()
         except OSError as error:
-            self.mistake = RecordError(self._words(error))
+            self.mistake = self._error(error)
 
-    def _tell(self):
-        if self._count() != self._told:
-            self._told = self._count()
-            self.get_logger().info(f'{self._told:,} messages')
+    def _log_count(self) -> None:
+        if self._count() != self._logged_count:
+            self._logged_count = self._count()
+            self.get_logger().info(f'{self._logged_count:,} messages')
 
-    def _count(self):
+    def _count(self) -> int:
         return sum(self._bag.counts.values())
 
-    def _words(self, error):
-        return (f'bag {printable(self._path)!r} cannot be written '
-                f'({(error.strerror or str(error)).lower()})')
+    def _error(self, error: OSError) -> RecordError:
+        return RecordError(f'bag {printable(self._path)!r} cannot be written '
+                           f'({(error.strerror or str(error)).lower()})')
 
 
-def new_path(text):
-    """
-    Return the path of a new bag; for an empty text one that is named after the time.
-
-    Raises
-    ------
-    ParameterError: if something is there already.
-
-    """
-    path = Path(text or time.strftime('runs/bag-%Y-%m-%d-%H-%M-%S')).expanduser()
+def new_path(name: str) -> Path:
+    """Return the path of a new bag, named after the time by default; raises ParameterError."""
+    path = Path(name or time.strftime('runs/bag-%Y-%m-%d-%H-%M-%S')).expanduser()
     if path.exists():
-        raise ParameterError('parameter bag must be a folder that is not there yet, '
+        raise ParameterError('parameter bag must be a folder that does not exist yet, '
                              f'got {str(path)!r}')
     return path
 
 
-def definitions():
-    """Return the text of each message type that may be needed, as it is installed."""
-    found = {}
-    for package in BUILTIN:
-        folder = Path(get_package_share_directory(package)) / 'msg'
-        found.update({f'{package}/msg/{path.stem}': path.read_text()
-                      for path in folder.glob('*.msg')})
-    return found
+def message_definitions() -> dict[str, str]:
+    """Return the text of each message type of `PACKAGES`, as it is installed."""
+    return {f'{package}/msg/{path.stem}': path.read_text() for package in PACKAGES
+            for path in (Path(get_package_share_directory(package)) / 'msg').glob('*.msg')}
 
 
-def main(argv):
+def main(argv: list[str]) -> int:
     """Run the node; return the exit code."""
     return run_node(RecordNode, argv, (ParameterError, RecordError))

@@ -1,28 +1,39 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Who watches a lesson from outside: a node that listens to what is reported."""
+"""A node that watches a lesson from outside: its progress, its mentor's advice, its health."""
 
 from collections import deque
-from math import isfinite
+from collections.abc import Callable
+from pathlib import Path
 import time
+from typing import Any
 
 from comply_msgs.srv import Save
 from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
+from numpy.typing import NDArray
+from rclpy.task import Future
 
-from comply_ros.nodes.diagnostics import OK, process_name, STANDS_ASIDE, TOPIC
+from comply_ros.nodes.clocks import steady_timer
+from comply_ros.nodes.diagnostics import INACTIVE, OK, process_name, TOPIC
+from comply_ros.nodes.node_processes import NodeProcess
 from comply_ros.nodes.parameters import SafeParameterNode
-from comply_ros.nodes.topics import decoder, MENTOR_POLICY, PROGRESS, SAVE, WORLD
-from comply_ros.protocol.messages import grid_from_description, REPORTS
-from comply_ros.world.grid import NO_ACTION
+from comply_ros.nodes.topics import decoder, MENTOR_POLICY, PROGRESS, SAVE, Topic, WORLD
+from comply_ros.protocol.messages import (
+    grid_from_description,
+    Policy,
+    Progress,
+    REPORTS,
+    WorldDescription,
+)
+from comply_ros.protocol.run_view import is_possible_progress, RunReports
+from comply_ros.world.grid import Grid
 from comply_ros.world.mdp import World
 
-TAKEN = ('other nodes speak on the topics of this lesson: end them, or give this one a '
-         '--namespace of its own')
-PACE = 20  # iterations over which the steps per second are measured
-SHORTEST = 0.2  # seconds that they must have taken together
-LONGEST_WORDS = 80  # characters of what a node says of itself
-WORLDS = 8  # whose mentors are remembered while it is open which one is that of the lesson
-STALE = 5.0  # seconds without a report after which the last ones are asked for again
+RATE_ITERATIONS = 20  # over which the steps per second are measured
+RATE_SECONDS = 0.2  # that they must have taken together
+MAX_STATUS_LENGTH = 80  # characters of a node's status that are shown
+MAX_RUNS = 8  # that are remembered before it is known which one is that of the lesson
+STALE = 5.0  # seconds without a report, after which latched ones are requested again
 
 
 class LessonFailed(RuntimeError):
@@ -31,151 +42,137 @@ class LessonFailed(RuntimeError):
 
 class RunMonitor(SafeParameterNode):
     """
-    Listens to what is reported, and keeps it; what cannot belong to it is passed over.
+    Collects what is reported about the run of a lesson, and ignores what cannot belong to it.
 
-    Parameters
-    ----------
-    namespace: of the nodes.
-    grid: the `Grid` that the lesson is held in.
-    on_progress: called with each `Progress`.
-
-    Attributes
-    ----------
-    progress: list of `Progress`, one an iteration, without gaps.
-    advice: `advice[s]` that the mentor published, None before.
-    began: when world and mentor were both there, in seconds of the monotonic clock; None before.
-    words: what each node that is not well says of itself, by name.
-
+    The run of the lesson is the first whose world fits the map and in which a learner reports an
+    iteration. No clock of another machine has a say in it.
     """
 
-    def __init__(self, namespace, grid, on_progress):
+    def __init__(self, namespace: str, grid: Grid) -> None:
         super().__init__('lesson', namespace=namespace)
-        self.progress, self.advice, self.began, self.words = [], None, None, {}
-        self._world, self._policies, self._early = None, {}, deque(maxlen=REPORTS)
-        self._mdp, self._before = World(grid), 0
-        self._pace = deque(maxlen=PACE)
-        self._processes = ()
-        self._report = on_progress
-        self._listen(WORLD, self._on_world)
-        self._ears = {}
-        self._listen_anew(PROGRESS, self._on_progress)
-        self._listen_anew(MENTOR_POLICY, self._on_policy)
-        self.create_timer(STALE, self._look)
+        self.progress: list[Progress] = []  # one for each iteration, without gaps
+        self.on_progress: Callable[[Progress], Any] = lambda msg: None  # called with each
+        self.processes: list[NodeProcess] = []  # whose health is read
+        self.unwell: dict[str, str] = {}  # what those that are not well say, by name
+        self._world = World(grid)
+        self._run: int | None = None
+        # By run: what is known of those whose world fits, or whose world may still come, and the
+        # times at which the world and the first advice arrived.
+        self._reports: dict[int, RunReports] = {}
+        self._worlds: dict[int, float] = {}
+        self._advised: dict[int, float] = {}
+        self._early: deque[Progress] = deque(maxlen=REPORTS)  # of runs without a world yet
+        self._pace: deque[tuple[float, int]] = deque(maxlen=RATE_ITERATIONS)
+        self._topics: dict[str, Any] = {}
+        self._iterations_before = 0
+        self._subscribe(WORLD, self._on_world)
+        self._subscribe(PROGRESS, self._on_progress)
+        self._subscribe(MENTOR_POLICY, self._on_policy)
+        steady_timer(self, STALE, self._request_again)
         self.create_subscription(DiagnosticArray, TOPIC, self._on_diagnostics, 10)
         self._save = self.create_client(Save, SAVE)
 
-    def _listen(self, topic, hear):
-        decode = decoder(topic)
-        return self.create_subscription(topic.message, topic.name,
-                                        lambda message: hear(decode(message)), topic.qos)
+    @property
+    def finished(self) -> bool:
+        """Whether the learner has reported its last iteration, and the advice is known."""
+        return bool(self.progress) and self.progress[-1].finished and self._run in self._advised
 
-    def _look(self):
-        """Listen anew where nothing came for a while: what a crowd pushed out is latched."""
-        if self._world and self.advice is None:
-            self._listen_anew(MENTOR_POLICY, self._on_policy)
-        if self._world and len(self.progress) == self._before:
-            self._listen_anew(PROGRESS, self._on_progress)
-        self._before = len(self.progress)
+    @property
+    def advice(self) -> NDArray[np.int8]:
+        """`advice[s]` that the mentor published in the run of the lesson."""
+        advice = self._reports[self.progress[0].run].mentor_policy
+        assert advice is not None
+        return advice
 
-    def _listen_anew(self, topic, hear):
-        if topic.name in self._ears:
-            self.destroy_subscription(self._ears[topic.name])
-        self._ears[topic.name] = self._listen(topic, hear)
+    def seconds(self) -> float:
+        """Return the seconds since both the world and the mentor of the run were there."""
+        run = self.progress[0].run
+        return time.monotonic() - max(self._worlds[run], self._advised[run])
 
-    def follow(self, processes):
-        """Take the health of these nodes, which can be started again, for that of the lesson."""
-        self._processes = processes
+    def rate(self) -> float | None:
+        """Return the steps per second over the last iterations, None where that is too short."""
+        (first, steps_before), (last, steps) = self._pace[0], self._pace[-1]
+        return (steps - steps_before) / (last - first) if last - first > RATE_SECONDS else None
 
-    def rate(self):
-        """Return the steps per second over the last iterations, None where they cannot be told."""
-        (first, before), (last, now) = self._pace[0], self._pace[-1]
-        return (now - before) / (last - first) if last - first > SHORTEST else None
-
-    def save(self, path):
+    def save(self, path: Path) -> Future:
         """Ask the learner of this lesson to write what it learned; return the future response."""
         return self._save.call_async(
             Save.Request(path=str(path), steps=self.progress[-1].steps))
 
-    def speakers(self):
-        """Return the largest number of nodes that speak on one topic of a lesson."""
-        return max(len(self.get_publishers_info_by_topic(self.resolve_topic_name(topic.name)))
-                   for topic in (WORLD, PROGRESS))
+    def most_publishers(self) -> int:
+        """Return the largest number of publishers on a topic of a lesson."""
+        return max(self.count_publishers(topic.name) for topic in (WORLD, PROGRESS))
 
-    def _on_world(self, msg):
-        """Take the world that began first for that of the lesson, and hear what came before it."""
-        if self._world is not None and (self.progress or msg.began >= self._world.began):
+    def _subscribe(self, topic: Topic, receive: Callable[[Any], None]) -> None:
+        """Subscribe; where that was done before, latched messages come once more."""
+        if topic.name in self._topics:
+            self.destroy_subscription(self._topics[topic.name])
+        decode = decoder(topic)
+        self._topics[topic.name] = self.create_subscription(
+            topic.message, topic.name, lambda message: receive(decode(message)), topic.qos)
+
+    def _request_again(self) -> None:
+        """Subscribe again where nothing came for a while: a crowd may have pushed it out."""
+        if self._worlds and self._run not in self._advised:
+            self._subscribe(MENTOR_POLICY, self._on_policy)
+        if self._worlds and len(self.progress) == self._iterations_before:
+            self._subscribe(PROGRESS, self._on_progress)
+        self._iterations_before = len(self.progress)
+
+    def _on_world(self, msg: WorldDescription) -> None:
+        """Remember a world that fits, and take the progress that came before it."""
+        if self._run is not None or len(self._worlds) == MAX_RUNS or not self._fits(msg):
             return
-        if not self._is_held_in(msg):
-            return
-        self._world, self.advice = msg, None
-        for each in [*self._policies.values()]:
-            self._on_policy(each)
+        self._worlds.setdefault(msg.run, time.monotonic())
         early, self._early = self._early, deque(maxlen=REPORTS)
         for each in early:
             self._on_progress(each)
 
-    def _is_held_in(self, msg):
-        if msg.sha256 != self._mdp.grid.sha256:
-            return False
+    def _fits(self, msg: WorldDescription) -> bool:
         try:
-            return grid_from_description(msg) == self._mdp.grid
+            return (msg.sha256 == self._world.grid.sha256
+                    and grid_from_description(msg) == self._world.grid)
         except ValueError:
             return False
 
-    def _on_policy(self, msg):
-        if not self.progress and len(self._policies) < WORLDS:
-            self._policies[msg.run] = msg
-        if self._world and msg[:3] == (self._world.run, self._world.width, self._world.height) \
-                and can_advise(msg.action, self._mdp):
-            self.advice = np.array(msg.action, dtype=np.int8)
-            self.began = self.began or time.monotonic()
+    def _on_policy(self, msg: Policy) -> None:
+        """Remember advice for the run of the lesson, or for any run while that is not known."""
+        if msg.run != self._run and (self._run is not None or msg.run not in self._reports
+                                     and len(self._reports) == MAX_RUNS):
+            return
+        reports = self._reports.setdefault(msg.run, RunReports())
+        before = reports.mentor_policy
+        reports.add(MENTOR_POLICY.name, msg)
+        if reports.validate_maps(self._world):
+            reports.mentor_policy = before
+        elif msg.run not in self._advised:
+            self._advised[msg.run] = time.monotonic()
 
-    def _on_progress(self, msg):
-        """Take the next iteration; one that a restarted learner says again is known."""
-        if self._world is None or msg.run != self._world.run and not self.progress:
-            self._early.append(msg)  # of a world that may be heard yet, and have begun before
+    def _on_progress(self, msg: Progress) -> None:
+        """Take the next iteration; one that a restarted learner repeats is known."""
+        if self._run is None and msg.run not in self._worlds:
+            self._early.append(msg)  # its world may still come
             return
-        if msg.run != self._world.run or not can_be(msg):
+        if self._run not in (None, msg.run) or not is_possible_progress(msg):
             return
-        already = len(self.progress)
-        if msg.iteration != already + 1 or already and msg.steps <= self.progress[-1].steps:
+        done = len(self.progress)
+        if msg.iteration != done + 1 or done and msg.steps <= self.progress[-1].steps:
             return
+        self._run = msg.run
         self.progress.append(msg)
         self._pace.append((time.monotonic(), msg.steps))
-        self._report(msg)
+        self.on_progress(msg)
 
-    def _on_diagnostics(self, msg):
-        """
-        Remember what a node of this lesson says that is not well.
-
-        Raises
-        ------
-        LessonFailed: if it stands aside for another.
-
-        """
-        ours = {process_name(process.pid): process.name for process in self._processes}
+    def _on_diagnostics(self, msg: DiagnosticArray) -> None:
+        """Remember what nodes that are not well say; raises LessonFailed if one is inactive."""
+        names = {process_name(process.pid): process.name for process in self.processes}
         for status in msg.status:
-            name = ours.get(status.hardware_id)
+            name = names.get(status.hardware_id)
             if name is None:
                 continue
-            if status.message.startswith(STANDS_ASIDE):
+            if status.message.startswith(INACTIVE):
                 raise LessonFailed(f'{name} {status.message}')
-            self.words.pop(name, None)
+            self.unwell.pop(name, None)
             if status.level != OK:
-                self.words[name] = f'{name} {" ".join(status.message.split())}'[:LONGEST_WORDS]
-
-
-def can_be(msg):
-    """Tell whether a `Progress` can be right: its numbers are what the message promises."""
-    return (isfinite(msg.mean_return) and 0.0 <= msg.temperature < float('inf')
-            and (msg.confidence != msg.confidence or 0.0 <= msg.confidence <= 1.0)
-            and msg.episodes > 0 and msg.finished == (msg.iteration == msg.iterations))
-
-
-def can_advise(action, world):
-    """Tell whether advice for all states is of actions that the cells have, or none."""
-    advice = np.array(action, dtype=np.int64)
-    if advice.shape != world.free.shape or not ((NO_ACTION <= advice) & (advice < 4)).all():
-        return False
-    has = world.available[np.arange(len(advice)), advice]
-    return bool((has | (advice == NO_ACTION) | ~world.free).all())
+                self.unwell[name] = \
+                    f'{name} {" ".join(status.message.split())}'[:MAX_STATUS_LENGTH]

@@ -75,8 +75,8 @@ class TeleopMentorNode(HumanMentorNode):
         head = [line[:columns] for line in head][:max(0, rows - 3)]
         if self.policy is None:
             return head
-        robot, cursor = self.actor.robot, None if self.steering else self._cursor_state()
-        return head + map_lines(self.actor.world.grid, self.policy, self._confidence(),
+        robot, cursor = self.machine.robot, None if self.steering else self._cursor_state()
+        return head + map_lines(self.machine.world.grid, self.policy, self._confidence(),
                                 robot and robot.state, cursor, columns, rows - len(head))
 
     def _do(self, key: str) -> str:
@@ -108,26 +108,26 @@ class TeleopMentorNode(HumanMentorNode):
     def _cursor_state(self) -> int:
         """State under the cursor: that of the robot when painting began, then as moved."""
         if self._cursor is None or self._cursor >= len(self.policy):
-            robot = self.actor.robot
-            self._cursor = robot.state if robot else self.actor.world.grid.starts[0]
+            robot = self.machine.robot
+            self._cursor = robot.state if robot else self.machine.world.grid.starts[0]
         return self._cursor
 
     def _move_cursor(self, action: int) -> None:
-        grid = self.actor.world.grid
+        grid = self.machine.world.grid
         x, y = (a + b for a, b in zip(grid.place(self._cursor_state()), STEPS[action]))
         if 0 <= x < grid.width and 0 <= y < grid.height:
             self._cursor = y * grid.width + x
 
     def _on_trust(self, msg: Trust) -> tuple[()]:
         """Keep the confidence in every state, if it is of this world and this run."""
-        world = self.actor.described
+        world = self.machine.tracker.description
         if world and msg.run == world.run and len(msg.confidence) == world.width * world.height:
             self._trust = msg
         return ()
 
     def _confidence(self) -> Sequence[float] | None:
         """Return `p[s]`, None if it is not known in this run."""
-        known = self._trust and self._trust.run == self.actor.described.run
+        known = self._trust and self._trust.run == self.machine.tracker.run
         return self._trust.confidence if known else None
 
     def _read_keys(self) -> None:
@@ -151,9 +151,9 @@ class TeleopMentorNode(HumanMentorNode):
         self._remark = str(future.exception() or f'your policy starts as {self._spec}')
 
     def _status_lines(self) -> Iterator[str]:
-        waits_for, robot, left = self.actor.waiting_for(), self.actor.robot, self.seconds_left
-        if waits_for:
-            yield f'waits for {waits_for}'
+        missing, robot, left = self.machine.waiting_for(), self.machine.robot, self.seconds_left
+        if missing:
+            yield f'waits for {missing}'
         if robot:
             advised = np.flatnonzero(self.policy != NO_ACTION)
             yield (f'robot in state {robot.state}, step {robot.step} of episode {robot.episode}'
@@ -167,16 +167,16 @@ class TeleopMentorNode(HumanMentorNode):
             yield f'trust in you: {trust}; advice in {len(advised)} states'
         yield self._remark
 
-    def _warn(self, msg: Rejected) -> None:
-        super()._warn(msg)
+    def _log_rejected(self, msg: Rejected) -> None:
+        super()._log_rejected(msg)
         self._remark = f'rejected: {msg.reason}'
 
-    def _tell(self, msg: Notice) -> None:
-        super()._tell(msg)
+    def _log_notice(self, msg: Notice) -> None:
+        super()._log_notice(msg)
         self._remark = msg.text
 
 
-def main(argv: Sequence[str]) -> int:
+def main(argv: list[str]) -> int:
     """Run the node; return the exit code."""
     return run_node(lambda: TeleopMentorNode(Terminal()), argv,
                     (ParameterError, MentorError, StateError, TerminalError))

@@ -1,57 +1,56 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Who speaks or listens on a topic with another type than it has: DDS would say nothing."""
-LONG = 30  # looks, one a second
+"""Checks the types and the number of publishers on a node's topics: DDS reports neither."""
+
+from collections.abc import Iterator
+
+from rclpy.node import Node
+from rclpy.topic_endpoint_info import TopicEndpointInfo
+
+from comply_ros.nodes.topics import Topic
+
+PATIENCE = 30  # ticks with two publishers before a warning: a dead one is seen for 20 seconds
 
 
 class TopicTypeCheck:
-    """
-    Looks at both ends of a node's topics.
+    """Finds publishers and subscribers of another type on a node's topics, and second ones."""
 
-    Parameters
-    ----------
-    node: the rclpy node.
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._types: dict[str, str] = {}  # by full name of the topic
+        self._crowded_ticks: dict[str, int] = {}  # of topics with a single publisher
+        self._reported: set[tuple[str, ...]] = set()
 
-    """
+    def watch(self, topic: Topic, single_publisher: bool = False) -> None:
+        """Check this topic too; single_publisher: whether a second publisher is one too many."""
+        name = self._node.resolve_topic_name(topic.name)
+        self._types[name] = type_name(topic.message)
+        if single_publisher:
+            self._crowded_ticks[name] = 0
 
-    def __init__(self, node):
-        self._node, self._kinds, self._told = node, {}, set()
-        self._crowded = {}
+    def tick(self) -> Iterator[str]:
+        """Yield one sentence for everything that is wrong and was not reported yet."""
+        for name, ticks in self._crowded_ticks.items():
+            publishers = self._node.count_publishers(name)
+            self._crowded_ticks[name] = ticks + 1 if publishers > 1 else 0
+            if self._crowded_ticks[name] == PATIENCE:
+                yield (f'topic {name} must have one publisher, got {publishers}: messages of all '
+                       'are used, and results cannot be reproduced; end all but one')
+        for name, expected in self._types.items():
+            for end in (*self._node.get_publishers_info_by_topic(name),
+                        *self._node.get_subscriptions_info_by_topic(name)):
+                if end.topic_type != expected and self._is_new(name, end):
+                    role = end.endpoint_type.name.lower()
+                    yield (f'topic {name} must have the type {expected}, but the {role} of '
+                           f'{end.node_namespace.rstrip("/")}/{end.node_name} has '
+                           f'{end.topic_type}: no messages are exchanged with it')
 
-    def watch(self, topic, has_one_speaker=False):
-        """Look at this topic too; has_one_speaker: whether two on it are one too many."""
-        kind = topic.message
-        if has_one_speaker:
-            self._crowded[self._node.resolve_topic_name(topic.name)] = 0
-        package = kind.__module__.partition('.')[0]
-        self._kinds[self._node.resolve_topic_name(topic.name)] = f'{package}/msg/{kind.__name__}'
+    def _is_new(self, name: str, end: TopicEndpointInfo) -> bool:
+        found = name, end.topic_type, end.node_namespace, end.node_name
+        is_new = found not in self._reported
+        self._reported.add(found)
+        return is_new
 
-    def look(self):
-        """Return one sentence for everything that is wrong and was not told of yet."""
-        return [*self._crowds(), *self._wrong_types()]
 
-    def _crowds(self):
-        """Return a sentence where two speak for long; a dead one is seen for twenty seconds."""
-        for name, looks in self._crowded.items():
-            speakers = len(self._node.get_publishers_info_by_topic(name))
-            self._crowded[name] = looks + 1 if speakers > 1 else 0
-            if looks + 1 == LONG and speakers > 1:
-                yield (f'topic {name} must have one speaker, got {speakers}: all of them are '
-                       'heard, and the bits are not the same any more; end all but one')
-
-    def _wrong_types(self):
-        return [self._sentence(name, kind, end) for name, kind in self._kinds.items()
-                for end in (*self._node.get_publishers_info_by_topic(name),
-                            *self._node.get_subscriptions_info_by_topic(name))
-                if end.topic_type != kind and self._is_new(name, end)]
-
-    def _is_new(self, name, end):
-        seen = name, end.topic_type, end.node_namespace, end.node_name
-        new = seen not in self._told
-        self._told.add(seen)
-        return new
-
-    def _sentence(self, name, kind, end):
-        who = f'{end.node_namespace.rstrip("/")}/{end.node_name}'
-        does = 'speaks' if end.endpoint_type.name == 'PUBLISHER' else 'listens'
-        return (f'topic {name} must have the type {kind}, and {who} {does} there with '
-                f'{end.topic_type}: nothing of it arrives')
+def type_name(message: type) -> str:
+    """Name of a message type as the graph has it, such as `std_msgs/msg/Float64`."""
+    return f'{message.__module__.partition(".")[0]}/msg/{message.__name__}'

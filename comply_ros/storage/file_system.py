@@ -31,9 +31,10 @@ def reason_of(error: OSError) -> str:
     return (error.strerror or str(error)).lower()
 
 
-def printable(path: Path) -> str:
-    """Text of a path on one line, whatever is in its name."""
-    return str(path) if str(path).isprintable() else repr(str(path))
+def printable(text: str | Path) -> str:
+    """Text, or a path as text, on one line, whatever is in it."""
+    text = str(text)
+    return text if text.isprintable() else repr(text)
 
 
 @contextmanager

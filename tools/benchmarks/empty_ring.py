@@ -8,7 +8,7 @@ import rclpy
 from rclpy.experimental import EventsExecutor
 from rclpy.signals import SignalHandlerOptions
 
-from comply_ros.nodes.spin import LOOK
+from comply_ros.nodes.spin import POLL_PERIOD
 from comply_ros.nodes.topics import ACTION, RECOMMENDATION, STATE
 from comply_ros.terminal.interrupts import end_with_parent, interrupts
 from tools.benchmarks.step_times import Stamps
@@ -51,7 +51,7 @@ def spin(role, note, stop):
     executor = EventsExecutor()
     executor.add_node(node)
     while not stop.is_set():
-        executor.spin_once(timeout_sec=LOOK)
+        executor.spin_once(timeout_sec=POLL_PERIOD)
 
 
 def main(argv):

@@ -63,7 +63,7 @@ def spin_together(makers, argv):
         for node in nodes:
             executor.add_node(node)
         while not stop.is_set():
-            executor.spin_once(timeout_sec=spin.LOOK)
+            executor.spin_once(timeout_sec=spin.POLL_PERIOD)
         rclpy.try_shutdown()
 
 

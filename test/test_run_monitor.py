@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which run the monitor of a lesson follows, and what it ignores, by messages over topics."""
+
+from dataclasses import replace
+import time
+
+import pytest
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from tiny_worlds import grid
+
+from comply_ros.nodes.run_monitor import RunMonitor
+from comply_ros.nodes.topics import encoder, MENTOR_POLICY, PROGRESS, WORLD
+from comply_ros.protocol.messages import describe, Policy, Progress
+
+GRID = grid('..G')
+ADVICE = (1, 1, -1)
+
+
+class Bench:
+    """A monitor, and publishers of all that it follows, in one process."""
+
+    def __init__(self):
+        self.monitor = RunMonitor('', GRID)
+        self._node = rclpy.create_node('publishers')
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(self.monitor)
+        self._publishers = {}
+
+    def publish(self, topic, msg):
+        """Publish a tuple, as a node of its own, so that none takes the place of another."""
+        publisher = self._node.create_publisher(topic.message, topic.name, topic.qos)
+        publisher.publish(encoder(topic)(msg))
+        end = time.monotonic() + 0.2
+        while time.monotonic() < end:
+            self._executor.spin_once(timeout_sec=0.02)
+
+    def world(self, run, began=0.0, grid=GRID):
+        """Publish a world."""
+        self.publish(WORLD, describe(grid, 'small', run, began))
+
+    def advice(self, run, action=ADVICE):
+        """Publish advice for all states."""
+        self.publish(MENTOR_POLICY, Policy(run, 3, 1, action))
+
+    def progress(self, run, iteration, **changes):
+        """Publish an iteration of three."""
+        msg = Progress(run, iteration, 3, 15, 10 * iteration, 2.0, 0.5, 1.0, iteration == 3)
+        self.publish(PROGRESS, msg._replace(**changes))
+
+
+@pytest.fixture
+def bench(domain):
+    """Return a `Bench`."""
+    rclpy.init()
+    try:
+        yield Bench()
+    finally:
+        rclpy.try_shutdown()
+
+
+@pytest.mark.parametrize('began', [5.0, 20.0])
+def test_the_run_is_the_one_with_progress_whatever_the_clocks_say(bench, began):
+    bench.world(7, began=10.0)
+    bench.advice(7)
+    bench.world(8, began=began)  # another machine, whose clock may be wrong
+    bench.advice(8, (1, 0, -1))
+    bench.progress(7, 1)
+    bench.progress(8, 1)
+    assert [msg.run for msg in bench.monitor.progress] == [7]
+    assert bench.monitor.advice.tolist() == list(ADVICE)
+
+
+def test_a_world_with_another_map_is_ignored(bench):
+    bench.world(8, grid=replace(GRID, step_limit=GRID.step_limit + 1))
+    bench.progress(8, 1)
+    bench.world(7)
+    bench.progress(7, 1)
+    assert [msg.run for msg in bench.monitor.progress] == [7]
+
+
+def test_progress_that_comes_before_its_world_counts(bench):
+    for iteration in (1, 2, 3):
+        bench.progress(7, iteration)
+    bench.advice(7)
+    assert bench.monitor.progress == []
+    bench.world(7)
+    assert [msg.iteration for msg in bench.monitor.progress] == [1, 2, 3]
+    assert bench.monitor.finished and bench.monitor.seconds() < 60.0
+
+
+def test_a_lesson_is_not_finished_before_the_advice_is_known(bench):
+    bench.world(7)
+    for iteration in (1, 2, 3):
+        bench.progress(7, iteration)
+    assert not bench.monitor.finished
+    bench.advice(7, (2, 2, -1))  # no action of these cells
+    assert not bench.monitor.finished
+    bench.advice(7)
+    assert bench.monitor.finished
+
+
+def test_repeated_skipped_and_invalid_iterations_are_ignored(bench):
+    bench.world(7)
+    bench.progress(7, 1)
+    bench.progress(7, 1)
+    bench.progress(7, 3)
+    bench.progress(7, 2, mean_return=float('nan'))
+    bench.progress(7, 2, steps=10)
+    bench.progress(7, 2)
+    assert [(msg.iteration, msg.steps) for msg in bench.monitor.progress] == [(1, 10), (2, 20)]
