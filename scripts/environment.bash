@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-# Sourced by the scripts beside it: makes what is missing, once, and sets up this shell.
-# With a ROS 2 installation sourced it is used; otherwise ROS 2 comes from Python wheels.
-# Once all is made, this takes some ten milliseconds: it starts no process but `find`.
+# Sourced by the scripts beside it: installs and builds what is missing, then sets up this shell.
+# A sourced ROS 2 installation is used; without one, ROS 2 comes from Python wheels.
+# A second start takes some ten milliseconds: it starts no process but `find`.
 
 set -eu
 here=$PWD
@@ -115,7 +115,7 @@ make_build() {
   local started=$root/build/started log=$root/build.log
   mkdir -p "$root/build"
   touch "$started"
-  rm -rf "$root/build/comply_ros" "$install/comply_ros"  # colcon keeps modules that are gone
+  rm -rf "$root/build/comply_ros" "$install/comply_ros"  # colcon would keep deleted modules
   if ! (cd "$root" && python -m colcon build --executor sequential >"$log" 2>&1 9>&-); then
     tail -n 30 "$log" >&2
     fail "colcon build failed; its whole output is in $log"
@@ -124,9 +124,9 @@ make_build() {
   mv "$started" "$install/made"
 }
 
-# `local_setup.bash` takes a third of a second. Its result is written to a file of `prepend` lines.
-# It is read from Python, where the wheels of ROS 2 add their libraries; without the last line
-# each Python would be started twice to do so.
+# Writes what `local_setup.bash` sets to a file, since it takes a tenth of a second each time.
+# Python reads the values: the wheels of ROS 2 add their libraries when it starts. With the last
+# line (`guard`) later Pythons know that this is done; otherwise each would start a second time.
 make_variables() (
   local paths=(AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH LD_LIBRARY_PATH PYTHONPATH)
   local guard=_ROS_WHEELS_BOOTSTRAP_COMPLETE

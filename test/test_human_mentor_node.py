@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
-from ros_client import caller
+from ros_client import ros_client
 
 from comply_ros.mentor.mentor_policies import MentorError
 from comply_ros.mentor.policy_text import PolicyError
@@ -50,8 +50,8 @@ def person(domain):
 @pytest.fixture
 def ask(domain):
     """Return a node that hears the others."""
-    with caller() as node:
-        node.listen(STATE, ACTION, MENTOR_POLICY)
+    with ros_client() as node:
+        node.subscribe(STATE, ACTION, MENTOR_POLICY)
         yield node
 
 
@@ -79,32 +79,32 @@ def test_what_is_painted_is_followed_from_the_next_question_on_and_published(
         person, ask, tmp_path):
     with nodes(tmp_path, grid_world=WORLD, learner=LEARNER):
         know_the_world(person)
-        ask.until(lambda: ask.heard['mentor_policy'], 'map')
-        assert set(ask.heard['mentor_policy'][-1].action) == {-1}
-        ask.until(lambda: ask.heard['action'], 'action')
-        assert not any(each.followed for each in ask.heard['action'])
+        ask.until(lambda: ask.received['mentor_policy'], 'map')
+        assert set(ask.received['mentor_policy'][-1].action) == {-1}
+        ask.until(lambda: ask.received['action'], 'action')
+        assert not any(each.followed for each in ask.received['action'])
         done(person, lambda: person.use(optimal_policy(BAR)))
-        ask.until(lambda: ask.heard['mentor_policy'][-1].action.count(-1) < 100, 'map')
-        assert list(ask.heard['mentor_policy'][-1].action) == optimal_policy(BAR).tolist()
-        ask.until(lambda: ask.heard['action'][-1].followed, 'trust')
+        ask.until(lambda: ask.received['mentor_policy'][-1].action.count(-1) < 100, 'map')
+        assert list(ask.received['mentor_policy'][-1].action) == optimal_policy(BAR).tolist()
+        ask.until(lambda: ask.received['action'][-1].followed, 'trust')
         done(person, person.erase)
-        count = len(ask.heard['action'])
-        ask.until(lambda: len(ask.heard['action']) > count + 50, 'actions')
-        assert not ask.heard['action'][-1].followed
+        count = len(ask.received['action'])
+        ask.until(lambda: len(ask.received['action']) > count + 50, 'actions')
+        assert not ask.received['action'][-1].followed
 
 
 def test_a_drag_over_many_cells_publishes_no_more_than_ten_maps_a_second(person, ask, tmp_path):
     with nodes(tmp_path, grid_world=WORLD):
         know_the_world(person)
-        ask.until(lambda: ask.heard['mentor_policy'], 'map')
-        began, before = time.monotonic(), len(ask.heard['mentor_policy'])
+        ask.until(lambda: ask.received['mentor_policy'], 'map')
+        began, before = time.monotonic(), len(ask.received['mentor_policy'])
         for state in np.flatnonzero(BAR.free)[:60].tolist():
             action = int(BAR.available[state].argmax())
             done(person, lambda state=state, action=action: person.paint({state: action}))
             ask.executor_.spin_once(timeout_sec=0.0)
-        ask.until(lambda: list(ask.heard['mentor_policy'][-1].action) == person.policy.tolist(),
+        ask.until(lambda: list(ask.received['mentor_policy'][-1].action) == person.policy.tolist(),
                   'last map')
-        maps = len(ask.heard['mentor_policy']) - before
+        maps = len(ask.received['mentor_policy']) - before
         assert 0 < maps <= 2 + 10 * (time.monotonic() - began)
 
 
@@ -146,14 +146,14 @@ def test_while_steering_the_robot_waits_for_the_person_but_not_for_ever(person, 
                 assert 0.0 < wait_until(lambda: person.seconds_left, 'clock') <= 300.0
                 action = int(BAR.available[waiting.state].argmax())
                 assert done(person, lambda action=action: person.steer(action))
-                ask.until(lambda waiting=waiting: ask.heard['action'] and
-                          ask.heard['action'][-1][:3] == waiting[:3], 'action')
-                msg = ask.heard['action'][-1]
+                ask.until(lambda waiting=waiting: ask.received['action'] and
+                          ask.received['action'][-1][:3] == waiting[:3], 'action')
+                msg = ask.received['action'][-1]
                 assert (msg.action, msg.followed) == (action, True)
                 assert person.policy[waiting.state] == action
             wait_until(lambda: person.actor.waiting, 'question')
             assert ask.set('mentor', patience=0.05) == ''
-            count = len(ask.heard['action'])
-            ask.until(lambda: len(ask.heard['action']) > count + 3, 'actions without a person')
-            assert not ask.heard['action'][-1].followed
+            count = len(ask.received['action'])
+            ask.until(lambda: len(ask.received['action']) > count + 3, 'actions without a person')
+            assert not ask.received['action'][-1].followed
             assert 'out of range' in ask.set('mentor', patience=0.0)

@@ -7,7 +7,7 @@ import termios
 from node_processes import nodes, run
 from pty_session import typist
 import pytest
-from ros_client import caller
+from ros_client import ros_client
 
 from comply_ros.nodes.topics import ACTION, MENTOR_POLICY, STATE
 from comply_ros.storage.map_files import read_map
@@ -31,8 +31,8 @@ PATIENT = ('--ros-args', '-p', 'patience:=300.0')
 @pytest.fixture
 def ask(domain):
     """Return a node that hears the others."""
-    with caller() as node:
-        node.listen(STATE, ACTION, MENTOR_POLICY)
+    with ros_client() as node:
+        node.subscribe(STATE, ACTION, MENTOR_POLICY)
         yield node
 
 
@@ -45,15 +45,16 @@ def test_keys_steer_the_robot_and_q_leaves_the_terminal_as_it_was(tmp_path, ask)
     with typist(*PATIENT) as person, nodes(tmp_path, grid_world=WORLD, learner=LEARNER):
         for keys in (('\x1b[D', '\x1b[C', '\x1b[B', '\x1b[A'), 'adsw', 'adsw',
                      ('\x1bOD', '\x1bOC', '\x1bOB', '\x1bOA')):
-            asked = until(ask, person, lambda: ask.heard['state'], 'state')[-1]
+            asked = until(ask, person, lambda: ask.received['state'], 'state')[-1]
             person.sees(f'step {asked.step} of episode {asked.episode}; it waits for you')
             action = int(FREE.available[asked.state].argmax())
             person.type(keys[action])
-            until(ask, person, lambda asked=asked: ask.heard['action'] and
-                      ask.heard['action'][-1][:3] == asked[:3], 'answer')
-            msg = ask.heard['action'][-1]
+            until(ask, person, lambda asked=asked: ask.received['action'] and
+                      ask.received['action'][-1][:3] == asked[:3], 'answer')
+            msg = ask.received['action'][-1]
             assert (msg.action, msg.followed) == (action, True)
-            until(ask, person, lambda asked=asked: ask.heard['state'][-1] != asked, 'next state')
+            until(ask, person, lambda asked=asked: ask.received['state'][-1] != asked,
+                  'next state')
         person.type(' ')
         person.sees('you said no advice')
         person.type('q')
@@ -69,7 +70,7 @@ def test_an_arrow_that_leads_out_is_refused_with_one_sentence_and_the_robot_wait
         person.sees('it waits for you')
         person.type('w')
         person.sees("an action must not leave the grid, got '^' in row 1, column 1")
-        assert not ask.heard['action']
+        assert not ask.received['action']
 
 
 def test_what_is_painted_answers_by_itself_and_the_trust_is_shown(tmp_path, ask):
@@ -79,14 +80,14 @@ def test_what_is_painted_answers_by_itself_and_the_trust_is_shown(tmp_path, ask)
         person.type('\t')
         person.sees('mode: painting')
         person.sees('trust in you: 1.00 here')
-        before = until(ask, person, lambda: ask.heard['mentor_policy'], 'map')[-1].action
+        before = until(ask, person, lambda: ask.received['mentor_policy'], 'map')[-1].action
         person.type('\x1b[C' * 12 + '\x1b[B' * 12 + 'w' + '\x1b[D' + 'w')
         person.sees('painted up')
-        until(ask, person, lambda: ask.heard['mentor_policy'][-1].action.count(3) == 2, 'map')
-        now = ask.heard['mentor_policy'][-1].action
+        until(ask, person, lambda: ask.received['mentor_policy'][-1].action.count(3) == 2, 'map')
+        now = ask.received['mentor_policy'][-1].action
         assert [s for s, (a, b) in enumerate(zip(now, before)) if a != b] == [9, 10]
         person.type(' ')
-        until(ask, person, lambda: ask.heard['mentor_policy'][-1].action.count(3) == 1, 'map')
+        until(ask, person, lambda: ask.received['mentor_policy'][-1].action.count(3) == 1, 'map')
         person.type('o')
         person.sees('saved to')
         assert (tmp_path / 'mine.txt').read_text().splitlines()[-1] == '..........^'
@@ -107,8 +108,8 @@ def test_what_is_painted_before_there_is_a_world_waits_for_one(ask):
 def test_a_generated_mentor_is_where_a_person_can_begin(tmp_path, ask):
     with typist(*PATIENT, '-p', 'mentor:=optimal') as person, nodes(tmp_path, grid_world=WORLD):
         person.sees('begins as optimal')
-        until(ask, person, lambda: ask.heard['mentor_policy'] and
-                  ask.heard['mentor_policy'][-1].action.count(-1) < 5, 'map')
+        until(ask, person, lambda: ask.received['mentor_policy'] and
+                  ask.received['mentor_policy'][-1].action.count(-1) < 5, 'map')
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
