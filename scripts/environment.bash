@@ -83,6 +83,13 @@ has_build() {
 
 has_variables() { [ "$install/variables" -nt "$install/local_setup.bash" ]; }
 
+# colcon would leave modules and executables installed that were deleted or renamed.
+has_deleted_modules() {
+  local installed=("$install"/comply_ros/lib/python*/site-packages/comply_ros)
+  [ -d "${installed[0]}" ] && [ -n "$(cd "${installed[0]}" && find . -name '*.py' \
+    -exec test ! -e "$root/comply_ros/{}" \; -print -quit)" ]
+}
+
 make_venv() {
   local python
   if has_ros; then python=$(find_ros_python); else python=$(find_python); fi
@@ -115,7 +122,7 @@ make_build() {
   local started=$root/build/started log=$root/build.log
   mkdir -p "$root/build"
   touch "$started"
-  rm -rf "$root/build/comply_ros" "$install/comply_ros"  # colcon would keep deleted modules
+  if has_deleted_modules; then rm -rf "$root/build/comply_ros" "$install/comply_ros"; fi
   if ! (cd "$root" && python -m colcon build --executor sequential >"$log" 2>&1 9>&-); then
     tail -n 30 "$log" >&2
     fail "colcon build failed; its whole output is in $log"
