@@ -81,7 +81,11 @@ has_build() {
     -type f -not -name '*.pyc' -newer "$install/made" -print -quit)" ]
 }
 
-has_variables() { [ "$install/variables" -nt "$install/local_setup.bash" ]; }
+has_variables() {
+  local packages=("$venv"/lib/python*/site-packages)  # another wheel may bring other libraries
+  [ "$install/variables" -nt "$install/local_setup.bash" ] &&
+    ! [ "${packages[0]}" -nt "$install/variables" ]
+}
 
 # colcon would leave modules and executables installed that were deleted or renamed.
 has_deleted_modules() {

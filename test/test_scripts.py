@@ -109,12 +109,14 @@ def test_a_second_start_runs_no_program_but_find(tmp_path):
 
 
 def test_a_script_that_is_started_by_another_has_the_same_environment():
-    show = 'import os; print(sorted(os.environ.items()))'
+    show = ('import os; print(sorted((name, value) for name, value in os.environ.items()'
+            ' if name.endswith("PATH") or name == "VIRTUAL_ENV"))')
     nested = 'import subprocess, sys; subprocess.run(sys.argv[1:], check=True)'
     alone = script(['scripts/python', '-c', show])
     inner = script(['scripts/python', '-c', nested, 'scripts/python', '-c', show])
     assert inner.returncode == 0, inner.stderr
     assert inner.stdout == alone.stdout
+    assert 'LD_LIBRARY_PATH' in alone.stdout and 'PYTHONPATH' in alone.stdout
 
 
 @pytest.mark.parametrize('argv, command', [

@@ -19,12 +19,12 @@ COMMAND = (sys.executable, '-m', 'tools.soak')
 
 
 def readings_of(mb):
-    """Readings of mb(steps) every 2,000 steps up to a million."""
+    """Return readings of mb(steps) every 2,000 steps up to a million."""
     return [(steps, mb(steps)) for steps in range(0, 1_000_001, 2_000)]
 
 
 def noisy(steps, leak=0.0):
-    """MB of a node that leaks so much a step, and now and then writes a snapshot."""
+    """Return the MB of a node that leaks so much a step and sometimes writes a snapshot."""
     caches = 60.0 + 20.0 * min(1.0, steps / 30_000)
     snapshot = 30.0 if steps % 50_000 == 0 else 0.0
     return caches + snapshot + leak * steps + random.Random(steps).uniform(-0.3, 0.3)
