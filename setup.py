@@ -25,7 +25,7 @@ setup(
     python_requires='>=3.11',
     zip_safe=True,
     license='Apache-2.0',
-    description='A robot learns from a suboptimal teacher, and how far to comply, over topics.',
+    description='A robot learns a task from a mentor that may be wrong, and how far to comply.',
     maintainer='The comply_ros maintainers',
     maintainer_email='maintainers@comply-ros.example',
     entry_points={'console_scripts': [

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A mentor of one's own: points to the goal as the crow flies, whatever is in the way."""
+"""A mentor node: points straight to the goal, whatever is in the way."""
 
 from comply_msgs.msg import Recommendation, StateReward, WorldDescription
 import rclpy
@@ -9,8 +9,8 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 worlds = {}
 
 
-def observe(msg):
-    """Answer the question of a world that is known; any other is asked again."""
+def on_state(msg):
+    """Publish the advice in a state; a world that is not known yet repeats its message."""
     if msg.run in worlds:
         publisher.publish(Recommendation(
             run=msg.run, episode=msg.episode, step=msg.step, state=msg.state,
@@ -31,7 +31,7 @@ node = rclpy.create_node('own_mentor')
 publisher = node.create_publisher(Recommendation, 'recommendation', LATCHED)
 node.create_subscription(
     WorldDescription, 'world', lambda msg: worlds.update({msg.run: msg}), LATCHED)
-node.create_subscription(StateReward, 'state', observe, LATCHED)
+node.create_subscription(StateReward, 'state', on_state, LATCHED)
 try:
     rclpy.spin(node)
 except KeyboardInterrupt:

@@ -1,33 +1,36 @@
 # SPDX-License-Identifier: Apache-2.0
 """Start the grid world, the mentor and the learner: `ros2 launch comply_ros teach.launch.py`."""
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from ament_index_python import get_package_prefix, PackageNotFoundError
-from launch import LaunchDescription
+from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
+from launch.events.process import ProcessExited
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
 
 DEFAULT_FILE = PathJoinSubstitution([FindPackageShare('comply_ros'), 'config', 'teach.yaml'])
-# Name, default and meaning; an empty one leaves the parameter to the file, and to its default.
+# Name, default and description. An empty value leaves the parameter to the file.
 ARGUMENTS = (
-    ('map', '', 'name of a map that comes with the package, or a file'),
-    ('method', '', 'how to learn'),
-    ('mentor', '', 'optimal, random, adversarial, noisy:P, snapshot:Q, file:PATH, none; with @C '
+    ('map', '', 'name of a map of the package, or a map file'),
+    ('method', '', 'method of the learner'),
+    ('mentor', '', 'optimal, random, adversarial, noisy:P, snapshot:Q, file:PATH or none; with @C '
      'behind it, in a share C of the states only'),
-    ('seed', '', 'seed of the world and the learner'),
-    ('iterations', '', 'how long to learn; 0: without end'),
-    ('profile', '', "settings of the report's text, or of the published runs"),
-    ('namespace', '', 'of the three nodes, for a second robot'),
-    ('params_file', DEFAULT_FILE, 'further parameters; the arguments above win'),
-    ('state_dir', '', 'folder in which the nodes keep what they need to go on after a kill'),
-    ('respawn', 'false', 'start a node again that was killed; with state_dir nothing is lost'),
-    ('viewer', 'false', 'turn what is said into maps, markers and numbers that RViz shows'),
-    ('rviz', 'false', 'show them in RViz, where rviz2 is installed; starts the viewer too'),
-    ('log_level', 'info', 'how much the nodes say'),
+    ('seed', '', 'seed of the random numbers of world and learner'),
+    ('iterations', '', 'iterations to learn for; 0: without end'),
+    ('profile', '', 'report: settings of the text of the report; published: of its runs'),
+    ('namespace', '', 'namespace of the nodes, for a second robot'),
+    ('params_file', DEFAULT_FILE, 'parameter file; the arguments above override it'),
+    ('state_dir', '', 'folder for the state that the nodes need to continue after a kill'),
+    ('respawn', 'false', 'start killed nodes again; with a state_dir nothing is lost'),
+    ('viewer', 'false', 'publish maps, markers and numbers that RViz and Foxglove show'),
+    ('rviz', 'false', 'start RViz and the viewer; needs the package rviz2'),
+    ('log_level', 'info', 'log level of the nodes'),
 )
 CHOICES = {
     'method': [
@@ -41,29 +44,29 @@ CHOICES = {
     'rviz': ['true', 'false'],
     'log_level': ['debug', 'info', 'warn', 'error', 'fatal'],
 }
-# Each node, and the arguments that set parameters of it.
+# The nodes, and the arguments that set their parameters.
 NODES = {
     'grid_world': ('map', 'profile', 'seed', 'state_dir'),
     'mentor': ('mentor', 'state_dir'),
     'learner': ('method', 'profile', 'seed', 'iterations', 'state_dir'),
 }
-# What RViz shows; in a namespace it finds them there.
-SHOWN = ('map', 'trust', 'values', 'places', 'mentor', 'policy', 'trail', 'robot')
+# Topics that RViz shows; in a namespace they are remapped.
+VIEW_TOPICS = ('map', 'trust', 'values', 'places', 'mentor', 'policy', 'trail', 'robot')
 NUMBERS = ('seed', 'iterations')
-REFUSED = 2  # exit code of a node that cannot do what it was told, and could not the next time
+INVALID_ARGUMENTS = 2  # exit code of a node; it would fail again
 
 
-def when_ended(name, respawns):
-    """Return the handler of a node's end: all end with it, unless it is started again."""
-    def handle(event, context):
-        if context.is_shutdown or (respawns and event.returncode != REFUSED):
+def shut_down_after(name: str, respawns: bool) -> Callable[[ProcessExited, LaunchContext], Any]:
+    """Return the exit handler of a node: shut down, unless the node is started again."""
+    def on_exit(event: ProcessExited, context: LaunchContext) -> Shutdown | None:
+        if context.is_shutdown or (respawns and event.returncode != INVALID_ARGUMENTS):
             return None
         return Shutdown(reason=f'{name} has ended')
-    return handle
+    return on_exit
 
 
-def nodes(context):
-    """Return the three nodes; raises ValueError if there is no `params_file`."""
+def nodes(context: LaunchContext) -> list[Node]:
+    """Return the three nodes and the viewers; raises ValueError if there is no `params_file`."""
     given = {name: LaunchConfiguration(name).perform(context) for name, _, _ in ARGUMENTS}
     if not Path(given['params_file']).is_file():  # launch would warn, and start without it
         raise ValueError(f'params_file must be a file, got {given["params_file"]!r}')
@@ -77,39 +80,40 @@ def nodes(context):
             parameters=[given['params_file'], values],  # the file first, so that arguments win
             arguments=['--ros-args', '--enclave', f'/{name}', '--log-level', given['log_level']],
             output='screen', emulate_tty=True, respawn=respawns, respawn_delay=0.5,
-            on_exit=when_ended(name, respawns)))
+            on_exit=shut_down_after(name, respawns)))
     return [*started, *viewers(given)]
 
 
-def viewers(given):
-    """Return the viewer and RViz, as far as they are asked for; they may end without the rest."""
-    started, home = [], given['namespace'].strip('/')
+def viewers(given: dict[str, str]) -> list[Node]:
+    """Return the viewer and RViz if they are wanted; they may end before the nodes."""
+    started, namespace = [], given['namespace'].strip('/')
     if 'true' in (given['viewer'], given['rviz']):
         started.append(Node(
-            package='comply_ros', executable='viewer', name='viewer', namespace=home,
+            package='comply_ros', executable='viewer', name='viewer', namespace=namespace,
             parameters=[given['params_file']], output='screen', emulate_tty=True,
             arguments=['--ros-args', '--enclave', '/viewer', '--log-level', given['log_level']]))
     if given['rviz'] == 'true':
         check_rviz()
         started.append(Node(
-            package='rviz2', executable='rviz2', name='rviz', namespace=home,
+            package='rviz2', executable='rviz2', name='rviz', namespace=namespace,
             arguments=['-d', PathJoinSubstitution(
                 [FindPackageShare('comply_ros'), 'rviz', 'teach.rviz'])],
-            remappings=[(f'/view/{each}', f'/{home}/view/{each}') for each in SHOWN if home]))
+            remappings=[(f'/view/{each}', f'/{namespace}/view/{each}')
+                        for each in VIEW_TOPICS if namespace]))
     return started
 
 
-def check_rviz():
-    """Return if RViz is installed; raises ValueError if it is not."""
+def check_rviz() -> None:
+    """Raise ValueError if RViz is not installed."""
     try:
         get_package_prefix('rviz2')
     except PackageNotFoundError:
-        raise ValueError('rviz:=true needs the package rviz2, and it is not installed: install '
-                         'it (sudo apt install ros-$ROS_DISTRO-rviz2), or give viewer:=true '
-                         'alone and look with Foxglove') from None
+        raise ValueError('rviz:=true needs the package rviz2, which is not installed: install it '
+                         '(sudo apt install ros-$ROS_DISTRO-rviz2), or use viewer:=true and '
+                         'Foxglove') from None
 
 
-def generate_launch_description():
+def generate_launch_description() -> LaunchDescription:
     """Return the arguments and the nodes."""
     arguments = [DeclareLaunchArgument(name, default_value=default, description=text,
                                        choices=CHOICES.get(name))

@@ -1,11 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-# Sourced by the scripts beside it: makes what is missing, once, and sets up this shell.
-# With a ROS 2 installation sourced it is used; otherwise ROS 2 comes from Python wheels.
+# Sourced by the scripts beside it: installs and builds what is missing, then sets up this shell.
+# A sourced ROS 2 installation is used; without one, ROS 2 comes from Python wheels.
+# A second start takes some ten milliseconds: it starts no process but `find`.
 
 set -eu
-root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-venv=$root/.venv
 here=$PWD
+CDPATH='' cd "${BASH_SOURCE[0]%/*}/.."
+root=$PWD
+venv=$root/.venv
+install=$root/install
+CDPATH='' cd "$here"
 
 say() { printf '%s\n' "$*" >&2; }
 fail() { say "comply_ros: $*"; exit 2; }
@@ -60,23 +64,43 @@ check_compiler() {
   done
 }
 
-# What a step was made from; when this text changes, the step is made again.
-stamp_of() { cat "$@" | sha256sum | cut -c 1-64; }
+# What the virtual environment is made from; when this text changes, it is made again.
+read_recipe() {
+  local list
+  lists=("$root"/requirements/python.txt "$root"/requirements/test.txt)
+  has_ros || lists+=("$root"/requirements/ros.txt)
+  recipe="ROS 2 ${ROS_DISTRO:-wheels} in $root"
+  for list in "${lists[@]}"; do recipe+=$'\n'$(<"$list"); done
+}
 
-sources() { find "$root/msg_defs" "$root/comply_ros" "$root/launch" "$root/config" \
-  "$root/resource" "$root/package.xml" "$root/setup.py" "$root/setup.cfg" \
-  -type f -not -name '*.pyc' -newer "$1" -print -quit; }
+has_venv() { [ -e "$venv/made-from" ] && [ "$recipe" = "$(<"$venv/made-from")" ]; }
+
+has_build() {
+  [ -e "$install/made" ] && [ -z "$(find "$root/msg_defs" "$root/comply_ros" "$root/launch" \
+    "$root/config" "$root/resource" "$root/package.xml" "$root/setup.py" "$root/setup.cfg" \
+    -type f -not -name '*.pyc' -newer "$install/made" -print -quit)" ]
+}
+
+has_variables() {
+  local packages=("$venv"/lib/python*/site-packages)  # another wheel may bring other libraries
+  [ "$install/variables" -nt "$install/local_setup.bash" ] &&
+    ! [ "${packages[0]}" -nt "$install/variables" ]
+}
+
+# colcon would leave modules and executables installed that were deleted or renamed.
+has_deleted_modules() {
+  local installed=("$install"/comply_ros/lib/python*/site-packages/comply_ros)
+  [ -d "${installed[0]}" ] && [ -n "$(cd "${installed[0]}" && find . -name '*.py' \
+    -exec test ! -e "$root/comply_ros/{}" \; -print -quit)" ]
+}
 
 make_venv() {
-  local python stamp lists=("$root"/requirements/python.txt "$root"/requirements/test.txt)
-  has_ros || lists+=("$root"/requirements/ros.txt)
-  stamp=$(stamp_of "${lists[@]}" <(echo "${ROS_DISTRO:-wheels} $root"))
-  [ "$stamp" = "$(cat "$venv/made-from" 2>/dev/null)" ] && return
+  local python
   if has_ros; then python=$(find_ros_python); else python=$(find_python); fi
   check_python "$python"
   check_compiler
   say "Setting up, once ($("$python" --version), ROS 2 ${ROS_DISTRO:-from Python wheels})."
-  rm -rf "$venv" "$root/build" "$root/install"
+  rm -rf "$venv" "$root/build" "$install"
   say '  1/2  Python packages (half a minute) ...'
   if has_ros; then
     "$python" -m venv --system-site-packages "$venv"
@@ -88,39 +112,57 @@ make_venv() {
       set -- "$@" "$(grep '^colcon-common-extensions==' "$root/requirements/ros.txt")"
   else
     "$python" -m venv "$venv"
-    set -- --no-deps  # all of them are pinned, and pip need not work out whether they fit
+    set -- --no-deps  # all of them are pinned, so pip need not check whether they fit
   fi
   "$venv/bin/python" -m pip install -qq --disable-pip-version-check "$@" \
     "${lists[@]/#/--requirement=}" >&2 ||
     fail 'could not install its Python packages (see above): is this machine online?'
-  echo "$stamp" > "$venv/made-from"
+  printf '%s\n' "$recipe" > "$venv/made-from"
 }
 
-build() {
-  [ -e "$root/install/made" ] && [ -z "$(sources "$root/install/made")" ] && return
+make_build() {
   check_compiler
   say '  2/2  messages and nodes, colcon build (half a minute) ...'
-  local begun=$root/build/begun log=$root/build.log
+  local started=$root/build/started log=$root/build.log
   mkdir -p "$root/build"
-  touch "$begun"
+  touch "$started"
+  if has_deleted_modules; then rm -rf "$root/build/comply_ros" "$install/comply_ros"; fi
   if ! (cd "$root" && python -m colcon build --executor sequential >"$log" 2>&1 9>&-); then
     tail -n 30 "$log" >&2
-    fail "colcon build failed; all it said is in $log"
+    fail "colcon build failed; its whole output is in $log"
   fi
   rm -f "$log"
-  mv "$begun" "$root/install/made"
+  mv "$started" "$install/made"
 }
 
-enter() {
+# Writes what `local_setup.bash` sets to a file, since it takes a tenth of a second each time.
+# Python reads the values: the wheels of ROS 2 add their libraries when it starts. With the last
+# line (`guard`) later Pythons know that this is done; otherwise each would start a second time.
+make_variables() (
+  local paths=(AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH LD_LIBRARY_PATH PYTHONPATH)
+  local guard=_ROS_WHEELS_BOOTSTRAP_COMPLETE
+  unset "${paths[@]}" "$guard"
   set +u
   # shellcheck disable=SC1091
-  . "$venv/bin/activate"
-  if ! has_ros; then
-    export AMENT_PREFIX_PATH=$venv CMAKE_PREFIX_PATH=$venv
-  fi
-  build
-  . "$root/install/local_setup.bash"
-  set -u
+  . "$install/local_setup.bash"
+  python -c 'import os, shlex, sys
+*paths, guard = sys.argv[1:]
+for name in paths:
+    if value := os.environ.get(name, "").strip(":"):
+        print("prepend", name, shlex.quote(value))
+print(f"export {guard}=1" if guard in os.environ else "")' \
+    "${paths[@]}" "$guard" > "$install/variables.new"
+  mv "$install/variables.new" "$install/variables"
+)
+
+# Puts paths in front of a variable, unless they are there.
+prepend() { [[ ${!1-}: == "$2:"* ]] || export "$1=$2${!1:+:${!1}}"; }
+
+enter_venv() {
+  export VIRTUAL_ENV=$venv
+  unset PYTHONHOME
+  prepend PATH "$venv/bin"
+  has_ros || export AMENT_PREFIX_PATH=$venv CMAKE_PREFIX_PATH=$venv
 }
 
 case "$root" in
@@ -128,11 +170,18 @@ case "$root" in
                       "got '$root'" ;;
 esac
 if has_ros; then check_ros; fi
-exec 9>"$root/.setup.lock"
-flock 9  # of two first runs at the same time, the second waits
-make_venv
-enter
-exec 9>&-
+read_recipe
+if ! { has_venv && has_build && has_variables; }; then
+  exec 9>"$root/.setup.lock"
+  flock 9  # of two first runs at the same time, the second waits
+  has_venv || make_venv
+  enter_venv
+  has_build || make_build
+  has_variables || make_variables
+  exec 9>&-
+fi
+enter_venv
+# shellcheck disable=SC1091
+. "$install/variables"
 # Nothing leaves this machine unless its user says so.
 export ROS_AUTOMATIC_DISCOVERY_RANGE=${ROS_AUTOMATIC_DISCOVERY_RANGE:-LOCALHOST}
-cd "$here"

@@ -1,19 +1,23 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Real nodes in real processes, for tests: waits are for conditions, with a deadline."""
+"""Nodes, executables and tools as processes, for tests; waits are for conditions."""
 
+from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
 import os
 from pathlib import Path
 import subprocess
 import sys
 import time
+from typing import TypeVar
 
-from comply_ros.nodes.node_processes import run_nodes, START
+from comply_ros.nodes.node_processes import NodeProcess, run_nodes, START
 
 DEADLINE = 90.0
+ROOT = Path(__file__).parents[1]
+Value = TypeVar('Value')
 
 
-def wait_until(condition, what, deadline=DEADLINE):
+def wait_until(condition: Callable[[], Value], what: str, deadline: float = DEADLINE) -> Value:
     """Return what the condition returns as soon as it is true; fail after the deadline."""
     end = time.monotonic() + deadline
     while time.monotonic() < end:
@@ -24,21 +28,33 @@ def wait_until(condition, what, deadline=DEADLINE):
     raise AssertionError(f'no {what} within {deadline} s')
 
 
-def log_has(node, text):
+def log_has(node: NodeProcess, text: str) -> Callable[[], bool]:
     """Return a condition: the node has printed the text."""
     return lambda: text in node.log.read_text(errors='replace')
 
 
 @contextmanager
-def nodes(folder, **arguments):
-    """Run nodes by name, started in the order given, each with its ROS arguments."""
+def nodes(folder: Path, **arguments: Sequence[str]) -> Generator[dict[str, NodeProcess]]:
+    """Run nodes by name, started in the given order, each with its ROS arguments."""
     Path(folder).mkdir(exist_ok=True)
     with run_nodes(arguments, folder) as processes:
         yield {process.name: process for process in processes}
 
 
-def run(name, *arguments, timeout=60, **environment):
+def run(name: str, *arguments: str, timeout: float = 60,
+        **environment: str) -> subprocess.CompletedProcess:
     """Run an executable to its end; return it with `returncode`, `stdout` and `stderr`."""
     return subprocess.run(
         [sys.executable, '-c', START.format(name), *arguments], capture_output=True, text=True,
         timeout=timeout, check=False, env={**os.environ, **environment})
+
+
+def tool_command(name: str, *arguments: str) -> list[str]:
+    """Command of a tool such as `topic`, to be run in `ROOT`: tools are not installed."""
+    return [sys.executable, '-m', f'tools.{name}', *arguments]
+
+
+def run_tool(name: str, *arguments: str, timeout: float = 60) -> subprocess.CompletedProcess:
+    """Run a tool to its end; return it with `returncode`, `stdout` and `stderr`."""
+    return subprocess.run(tool_command(name, *arguments), cwd=ROOT, capture_output=True,
+                          text=True, timeout=timeout, check=False)

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A node of a test that calls services, sets parameters and hears how others are."""
+"""A node of a test: it calls services, sets parameters and receives messages."""
 
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 import time
+from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from node_processes import DEADLINE
@@ -12,39 +14,41 @@ from rclpy.parameter import Parameter
 from rclpy.parameter_client import AsyncParameterClient
 from std_srvs.srv import SetBool, Trigger
 
-from comply_ros.nodes.topics import decoder
+from comply_ros.nodes.topics import decoder, Topic
 
-AGAIN = 2.0  # seconds before a question about parameters is asked again
+RETRY_PERIOD = 2.0  # seconds after which a call for parameters is repeated
 
 
-class Caller(Node):
+class RosClient(Node):
     """
-    Calls, and waits for what comes back.
+    Calls services and waits for the responses.
 
     Attributes
     ----------
-    words: what each node says of itself, by name.
-    heard: what was said, by topic name.
+    statuses: the last status message of each node on `/diagnostics`, by name.
+    received: the messages of each topic, by name.
 
     """
 
-    def __init__(self, context):
-        super().__init__('caller', context=context)
-        self.words, self.heard, self._called = {}, {}, 0.0
+    def __init__(self, context: rclpy.Context) -> None:
+        super().__init__('ros_client', context=context)
+        self.statuses: dict[str, str] = {}
+        self.received: dict[str, list[Any]] = {}
+        self._called = 0.0
         self.executor_ = rclpy.executors.SingleThreadedExecutor(context=context)
         self.executor_.add_node(self)
         self.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 10)
 
-    def listen(self, *topics):
-        """Keep what is said on topics from now on."""
+    def subscribe(self, *topics: Topic) -> None:
+        """Record the messages on topics from now on."""
         for topic in topics:
-            heard, decode = self.heard.setdefault(topic.name, []), decoder(topic)
+            received, decode = self.received.setdefault(topic.name, []), decoder(topic)
             self.create_subscription(
                 topic.message, topic.name,
-                lambda message, heard=heard, decode=decode: heard.append(decode(message)),
+                lambda msg, received=received, decode=decode: received.append(decode(msg)),
                 topic.qos)
 
-    def until(self, condition, what, deadline=DEADLINE):
+    def until(self, condition: Callable[[], Any], what: str, deadline: float = DEADLINE) -> Any:
         """Spin until the condition is true; return what it returned; fail after the deadline."""
         end = time.monotonic() + deadline
         while time.monotonic() < end:
@@ -54,59 +58,59 @@ class Caller(Node):
             self.executor_.spin_once(timeout_sec=0.02)
         raise AssertionError(f'no {what} within {deadline} s')
 
-    def call(self, kind, name, **request):
+    def call(self, kind: Any, name: str, **request: Any) -> Any:
         """Return the response of a service."""
         client = self.create_client(kind, name)
         self.until(client.service_is_ready, name)
         future = client.call_async(kind.Request(**request))
-        self.until(future.done, f'answer of {name}')
+        self.until(future.done, f'response of {name}')
         self.destroy_client(client)
         return future.result()
 
-    def pause(self, wanted=True):
-        """Pause the world, or let it go on."""
-        return self.call(SetBool, 'grid_world/pause', data=wanted)
+    def pause(self, paused: bool = True) -> SetBool.Response:
+        """Pause the world, or resume it."""
+        return self.call(SetBool, 'grid_world/pause', data=paused)
 
-    def trigger(self, name):
+    def trigger(self, name: str) -> Trigger.Response:
         """Return the response of a service without arguments."""
         return self.call(Trigger, name)
 
-    def set(self, node, **values):
+    def set(self, node: str, **values: Any) -> str:
         """Return the reason why parameters of a node could not be set; empty where they are."""
         client = AsyncParameterClient(self, node)
         given = [Parameter(name, value=value) for name, value in values.items()]
-        results = self._ask(client, lambda: client.set_parameters(given)).results
+        results = self._call_parameters(client, lambda: client.set_parameters(given)).results
         return '; '.join(each.reason for each in results if not each.successful)
 
-    def get(self, node, name):
+    def get(self, node: str, name: str) -> Any:
         """Return the value of a parameter of a node."""
         client = AsyncParameterClient(self, node)
-        value, = self._ask(client, lambda: client.get_parameters([name])).values
+        value, = self._call_parameters(client, lambda: client.get_parameters([name])).values
         return rclpy.parameter.parameter_value_to_python(value)
 
-    def _ask(self, client, call):
-        """Return the response to a call that may be repeated: a killed node gives none."""
+    def _call_parameters(self, client: AsyncParameterClient, call: Callable[[], Any]) -> Any:
+        """Return the response to a call, which is repeated: a killed node does not respond."""
         self.until(client.services_are_ready, 'parameters')
         calls = []
 
-        def answered():
-            if not calls or time.monotonic() > self._called + AGAIN:
+        def finished() -> list[Any]:
+            if not calls or time.monotonic() > self._called + RETRY_PERIOD:
                 self._called = time.monotonic()
                 calls.append(call())
             return [each for each in calls if each.done()]
-        return self.until(answered, 'answer')[0].result()
+        return self.until(finished, 'response')[0].result()
 
-    def _on_diagnostics(self, message):
-        for status in message.status:
-            self.words[status.name] = status.message
+    def _on_diagnostics(self, msg: DiagnosticArray) -> None:
+        for status in msg.status:
+            self.statuses[status.name] = status.message
 
 
 @contextmanager
-def caller():
-    """Give a `Caller` in a context of its own."""
+def ros_client() -> Generator[RosClient]:
+    """Give a `RosClient` in a context of its own."""
     context = rclpy.Context()
     rclpy.init(context=context)
-    node = Caller(context)
+    node = RosClient(context)
     try:
         yield node
     finally:

@@ -17,22 +17,22 @@ from comply_ros.learner.training import Training
 from comply_ros.mentor.policy_text import parse_policy
 from comply_ros.storage.map_files import read_map
 from comply_ros.world.mdp import World
-from tools.benchmarks import c_loop, in_process, machine, map_scaling, other_libraries
-from tools.benchmarks.goals_table import cells, content
-from tools.benchmarks.interleave import Bench, ratios, Row
-from tools.benchmarks.processes import BenchmarkError, measure, TOP, wait_until
-from tools.benchmarks.sample_maps import room, write_advice, write_room
-from tools.benchmarks.step_times import BEGUN, pace, STAMPS, Stamps
+from tools.benchmarks import c_loop, in_process, map_scaling, other_libraries
+from tools.benchmarks.interleave import Bench, BenchmarkError, ratios, Row
+from tools.benchmarks.map_scaling import room, write_advice, write_room
+from tools.benchmarks.processes import measure, ROOT, wait_until
+from tools.benchmarks.report import as_json, cells, machine
+from tools.benchmarks.step_times import loop_speed, StepTimes, TIMES_FILE, WARM_FILE
 
 SECTIONS = {'loop': 11, 'choices': 4, 'engine': len(METHODS['published']) + 1, 'growth': 9,
             'start': 6, 'where': 55}  # rows that there are at least
 
 
 class NoBar:
-    """A progress bar that nobody sees."""
+    """A progress bar that shows nothing."""
 
     def add_task(self, *_, **__):
-        """Return nothing."""
+        """Do nothing."""
 
     update = advance = add_task
 
@@ -51,16 +51,16 @@ def maze():
 
 def test_every_other_round_goes_backwards(bench):
     order = []
-    contestants = {name: lambda name=name: order.append(name) or len(order) for name in 'abc'}
-    assert bench.interleave('letters', contestants) == {
+    candidates = {name: lambda name=name: order.append(name) or len(order) for name in 'abc'}
+    assert bench.interleave('letters', candidates) == {
         'a': [1, 6, 7], 'b': [2, 5, 8], 'c': [3, 4, 9]}
     assert order == list('abccbaabc')
 
 
-def test_ctrl_c_ends_it_and_the_nodes_that_it_started(tmp_path, domain):
+def test_ctrl_c_ends_the_benchmark_and_the_nodes_that_it_started(tmp_path, domain):
     process = subprocess.Popen(
         [sys.executable, '-m', 'tools.benchmarks', '--only', 'loop', '--out', str(tmp_path)],
-        cwd=TOP, stderr=subprocess.PIPE, text=True)
+        cwd=ROOT, stderr=subprocess.PIPE, text=True)
     children = Path(f'/proc/{process.pid}/task/{process.pid}/children')
     wait_until(lambda: len(children.read_text().split()) == 3, 'process of the ring')
     started = children.read_text().split()
@@ -89,75 +89,74 @@ def test_a_goal_is_for_the_median(values, goal, at_least, verdict):
 def test_a_row_shows_median_range_goal_and_verdict():
     row = Row('seconds', [12345.6, 0.01234, 2.0], 1.0, at_least=False)
     assert cells(row) == ('seconds', '2', '0.0123', '12,346', '≤ 1', 'missed by 100%')
-    assert content([row])[0]['median'] == 2.0
+    assert as_json([row])[0]['median'] == 2.0
 
 
-def test_the_pace_of_steps_worked_by_hand():
-    moments = np.array([1, 3, -6, 8, 12, 21]) * 1_000_000  # milliseconds; at 6 one begins
-    found = pace(moments)
-    assert found.rate == 4 / 0.020  # the first only starts the clock
-    assert found.episodes == 1
-    assert found.median == 3000.0  # of 2, 3, 2, 4 and 9 milliseconds
-    assert found.late == pytest.approx(8800.0)  # 0.96 of the way from 4 to 9
+def test_the_speed_of_a_loop_worked_by_hand():
+    times = np.array([1, 3, -6, 8, 12, 21]) * 1_000_000  # milliseconds; at 6 an episode starts
+    speed = loop_speed(times)
+    assert speed.rate == 4 / 0.020  # the first step only starts the clock
+    assert speed.episodes == 1
+    assert speed.median == 3000.0  # of 2, 3, 2, 4 and 9 milliseconds
+    assert speed.percentile_99 == pytest.approx(8800.0)  # 0.96 of the way from 4 to 9
     with pytest.raises(ValueError, match='at least 2 steps, got 0'):
-        pace(np.array([], dtype=np.int64))
+        loop_speed(np.array([], dtype=np.int64))
 
 
-def test_what_comes_before_the_loop_is_warm_does_not_count(tmp_path):
-    stamps = Stamps(tmp_path, warm=2)
-    stamps.note()
-    assert not (tmp_path / BEGUN).exists()
-    for begins in (False, False, True):
-        stamps.note(begins)
-    assert (tmp_path / BEGUN).exists()
-    stamps.write()
-    kept = np.fromfile(tmp_path / STAMPS, dtype=np.int64)
-    assert (kept > 0).tolist() == [True, False]
+def test_steps_before_the_loop_is_warm_do_not_count(tmp_path):
+    times = StepTimes(tmp_path, warm_up=2)
+    times.record()
+    assert not (tmp_path / WARM_FILE).exists()
+    for is_start in (False, False, True):
+        times.record(is_start)
+    assert (tmp_path / WARM_FILE).exists()
+    times.write()
+    written = np.fromfile(tmp_path / TIMES_FILE, dtype=np.int64)
+    assert (written > 0).tolist() == [True, False]
 
 
 def test_the_c_loop_learns_what_ours_learns(maze, tmp_path):
-    row = METHODS['published']['sarsa']
-    steps, seconds, returns = c_loop.CLoop(maze, row, tmp_path).learn(seed=3)
-    training = Training(maze, np.full(len(maze.free), -1), row, 3)
-    ours = [training.iterate().mean_return for _ in range(row.iterations)]
-    assert returns[0] == pytest.approx(ours[0], abs=15.0)  # both begin badly: about -70
+    config = METHODS['published']['sarsa']
+    steps, seconds, returns = c_loop.CLoop(maze, config, tmp_path).learn(seed=3)
+    training = Training(maze, np.full(len(maze.free), -1), config, 3)
+    ours = [training.iterate().mean_return for _ in range(config.iterations)]
+    assert returns[0] == pytest.approx(ours[0], abs=15.0)  # both start badly: about -70
     assert np.mean(returns[-50:]) == pytest.approx(np.mean(ours[-50:]), abs=0.5)
     assert np.mean(returns[-50:]) > 4.5
-    assert steps > row.iterations * row.episodes * 40  # no way to the goal is shorter
+    assert steps > config.iterations * config.episodes * 40  # no way to the goal is shorter
     assert seconds > 0.0
 
 
-def test_the_c_loop_refuses_a_row_that_it_cannot_learn(maze, tmp_path):
-    with pytest.raises(BenchmarkError, match='plain SARSA only'):
+def test_the_c_loop_rejects_a_method_that_it_cannot_learn(maze, tmp_path):
+    with pytest.raises(BenchmarkError, match='only learn plain SARSA'):
         c_loop.CLoop(maze, METHODS['published']['sarsa_lambda'], tmp_path)
 
 
-def test_c_that_does_not_compile_is_told(maze, tmp_path, monkeypatch):
+def test_c_code_that_does_not_compile_is_an_error(maze, tmp_path, monkeypatch):
     monkeypatch.setattr(c_loop, 'SOURCE', tmp_path / 'wrong.c')
     (tmp_path / 'wrong.c').write_text('int learn(\n')
     with pytest.raises(BenchmarkError, match='cc -O3 -fPIC -shared must compile wrong.c: .*error'):
         c_loop.CLoop(maze, METHODS['published']['sarsa'], tmp_path)
 
 
-def test_a_peer_that_is_missing_is_left_out_and_named_with_the_remedy(bench, monkeypatch):
+def test_a_library_that_is_missing_is_left_out_and_named_with_the_remedy(bench, monkeypatch):
     monkeypatch.setitem(sys.modules, 'gymnasium', None)
     monkeypatch.setitem(sys.modules, 'mushroom_rl', None)
     monkeypatch.setattr(in_process, 'compiler', lambda: None)
-    assert list(in_process.peers(bench)) == []
+    assert list(in_process.available_programs(bench)) == []
     assert [note.partition(':')[0] for note in bench.notes] == [
         'C, -O3', 'Gymnasium and numpy', 'MushroomRL']
     for note in bench.notes[1:]:
         assert note.endswith(': scripts/python -m pip install --no-deps -r '
                              'requirements/benchmark.txt')
-    assert (TOP / 'requirements' / 'benchmark.txt').exists()
+    assert (ROOT / 'requirements' / 'benchmark.txt').exists()
 
 
-def test_the_moves_of_the_peers_are_those_of_the_world(maze):
-    moves, s, slipped = other_libraries.Moves(maze, 0), 820, 0  # the middle row, left of the goal
-    s = int(maze.starts[0])
-    assert moves.begin() in maze.starts.tolist()
+def test_the_plain_world_moves_as_the_world_does(maze):
+    plain_world, s, slipped = other_libraries.PlainWorld(maze, 0), int(maze.starts[0]), 0
+    assert plain_world.reset() in maze.starts.tolist()
     for _ in range(2000):
-        reward, s2, done = moves.move(s, 1)
+        reward, s2, done = plain_world.step(s, 1)
         slipped += s2 != maze.successor[s, 1]
         assert any(maze.successor[s, b] == s2 and maze.reward[s, b] == reward for b in range(4))
         assert done == maze.terminal[s2]
@@ -165,12 +164,12 @@ def test_the_moves_of_the_peers_are_those_of_the_world(maze):
 
 
 @pytest.mark.parametrize('name', ['NumpyLoop', 'Mushroom'])
-def test_a_peer_takes_steps_where_it_is_installed(maze, name):
+def test_a_library_that_is_installed_takes_steps(maze, name):
     pytest.importorskip('gymnasium' if name == 'NumpyLoop' else 'mushroom_rl')
     assert getattr(other_libraries, name)(maze, METHODS['published']['sarsa']).rate(0.05) > 100.0
 
 
-def test_a_room_is_the_same_in_a_file(tmp_path):
+def test_a_room_is_the_same_when_it_is_read_from_a_file(tmp_path):
     assert read_map(str(write_room(7, tmp_path)), 'published') == room(7)
     assert len(room(201).starts) == pytest.approx(100, abs=1)
 
@@ -183,9 +182,9 @@ def test_the_advice_in_a_room_leads_to_its_goal(tmp_path):
     assert steps == 12
 
 
-def test_growth_is_told_against_the_smallest_map():
-    rows = list(map_scaling.flat('in process', {11: [0.25, 4.0], 201: [0.375, 8.0],
-                                           1001: [1.0, 9.0]}))
+def test_steps_are_compared_with_the_smallest_map():
+    rows = list(map_scaling.step_rows('in process', {11: [0.25, 4.0], 201: [0.375, 8.0],
+                                                     1001: [1.0, 9.0]}))
     assert [(row.name, row.values, row.goal) for row in rows[:2]] == [
         ('a step in process, 201 x 201 / 11 x 11', [1.5, 2.0], 1.5),
         ('a step in process, 1001 x 1001 / 11 x 11', [4.0, 2.25], None)]  # out of the cache
@@ -193,31 +192,31 @@ def test_growth_is_told_against_the_smallest_map():
 
 
 def test_value_iteration_that_takes_too_long_is_estimated(bench, monkeypatch):
-    monkeypatch.setattr(map_scaling, 'PATIENCE', 0.001)
+    monkeypatch.setattr(map_scaling, 'PLANNING_TIMEOUT', 0.001)
     monkeypatch.setattr(map_scaling, 'IN_CACHE', 11)
-    (name, seconds), = map_scaling.seconds_to_plan(bench).items()
+    (name, seconds), = map_scaling.seconds_of_planning(bench).items()
     assert name == '41 x 41, estimated'
     assert 0.001 < seconds[0] < 20.0
     assert 'not done within' in bench.notes[0]
 
 
-def test_a_loop_that_does_not_come_about_is_told_with_what_it_printed(bench, domain):
+def test_a_loop_that_does_not_start_is_an_error_with_its_output(bench, domain):
     with pytest.raises(BenchmarkError, match='(?s)process 0 of the loop ended with 1: .*KeyError'):
-        measure(bench.folder / 'loop', [['ring', 'nobody']], 0.1)
+        measure(bench.folder / 'loop', [('empty_ring', 'nobody')], 0.1)
 
 
-def test_what_is_told_of_the_machine_names_nobody():
-    told = machine.machine()
-    assert {'date', 'processor', 'cores', 'Python', 'numpy', 'numba', 'rclpy'} <= set(told)
-    assert told['numpy'] == np.__version__
-    words = json.dumps(told)
-    assert socket.gethostname() not in words
-    assert str(Path.home()) not in words
+def test_the_description_of_the_machine_does_not_identify_its_owner():
+    described = machine()
+    assert {'date', 'processor', 'cores', 'Python', 'numpy', 'numba', 'rclpy'} <= set(described)
+    assert described['numpy'] == np.__version__
+    text = json.dumps(described)
+    assert socket.gethostname() not in text
+    assert str(Path.home()) not in text
 
 
 def benchmark(*arguments):
     """Run the command; return it with `returncode`, `stdout` and `stderr`."""
-    return subprocess.run([sys.executable, '-m', 'tools.benchmarks', *arguments], cwd=TOP,
+    return subprocess.run([sys.executable, '-m', 'tools.benchmarks', *arguments], cwd=ROOT,
                           capture_output=True, text=True, check=False, timeout=280)
 
 
@@ -238,13 +237,13 @@ def test_every_section_is_measured_shown_and_written(section, tmp_path, domain):
     assert str(tmp_path) not in json.dumps(content)
 
 
-def test_a_wrong_number_of_rounds_is_one_sentence(tmp_path):
+def test_a_wrong_number_of_rounds_is_one_line(tmp_path):
     done = benchmark('--rounds', '0', '--out', str(tmp_path))
     assert (done.returncode, done.stderr) == (
         2, 'benchmark: rounds must be at least 1, got 0\n')
 
 
 def test_the_script_starts_the_command():
-    text = (TOP / 'scripts' / 'benchmark').read_text()
+    text = (ROOT / 'scripts' / 'benchmark').read_text()
     assert text.startswith('#!/usr/bin/env bash\n# SPDX-License-Identifier: Apache-2.0\n')
-    assert re.search(r'^exec python -m comply_ros\.benchmarks "\$@"$', text, re.MULTILINE)
+    assert re.search(r'^exec python -m tools\.benchmarks "\$@"$', text, re.MULTILINE)

@@ -2,7 +2,8 @@
 """Messages of a fixed size as bytes: the same as rclpy's own conversion, to the bit."""
 
 from comply_msgs.msg import Action, Policy, Progress, Recommendation, StateReward, WorldDescription
-from hypothesis import given, strategies as st
+from hypothesis import given
+from hypothesis import strategies as st
 import pytest
 from rclpy.serialization import deserialize_message, serialize_message
 

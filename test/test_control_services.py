@@ -8,7 +8,7 @@ import signal
 
 from node_processes import log_has, nodes, wait_until
 import pytest
-from ros_client import caller
+from ros_client import ros_client
 
 from comply_ros.learner.presets import find_method
 from comply_ros.learner.training import Training
@@ -38,8 +38,8 @@ def expected():
 @pytest.fixture
 def ask(domain):
     """Return a node that calls the others."""
-    with caller() as node:
-        node.listen(WORLD, STATE, ACTION, EPISODE, PROGRESS, TRUST)
+    with ros_client() as node:
+        node.subscribe(WORLD, STATE, ACTION, EPISODE, PROGRESS, TRUST)
         yield node
 
 
@@ -62,21 +62,21 @@ def wait_for_digest(started, ask, count=1):
 
 def settle(ask):
     """Wait until the question that was open at a pause is answered."""
-    ask.until(lambda: ask.heard['state'] and ask.heard['action'] and
-              ask.heard['state'][-1][:3] == ask.heard['action'][-1][:3], 'answer')
+    ask.until(lambda: ask.received['state'] and ask.received['action'] and
+              ask.received['state'][-1][:3] == ask.received['action'][-1][:3], 'answer')
 
 
 def step(ask):
     """Let the world ask one question, and wait for its answer."""
-    before = ask.heard['state'][-1]
+    before = ask.received['state'][-1]
     assert ask.trigger('grid_world/step').success
-    ask.until(lambda: ask.heard['state'][-1] != before, 'question')
+    ask.until(lambda: ask.received['state'][-1] != before, 'question')
     settle(ask)
 
 
 def test_pauses_and_steps_change_no_bit(tmp_path, ask, expected):
     with lesson(tmp_path) as started:
-        ask.until(lambda: ask.heard['action'], 'action')
+        ask.until(lambda: ask.received['action'], 'action')
         refused = ask.trigger('grid_world/step')
         assert not refused.success
         assert refused.message == 'a step must be from a pause, and this world runs'
@@ -94,32 +94,32 @@ def test_pauses_and_steps_change_no_bit(tmp_path, ask, expected):
 
 def test_a_paused_world_says_so_asks_nothing_and_a_step_asks_once(tmp_path, ask):
     with lesson(tmp_path):
-        ask.until(lambda: ask.heard['state'], 'question')
+        ask.until(lambda: ask.received['state'], 'question')
         ask.pause()
         settle(ask)
-        count = len(ask.heard['action'])
-        ask.until(lambda: ask.words.get('grid_world') == 'is paused', 'word')
-        assert len(ask.heard['action']) == count
+        count = len(ask.received['action'])
+        ask.until(lambda: ask.statuses.get('grid_world') == 'is paused', 'word')
+        assert len(ask.received['action']) == count
         for more in range(1, 4):
             ask.trigger('grid_world/step')
-            ask.until(lambda: len(ask.heard['action']) >= count + more, 'action')
-        ask.words.clear()
-        ask.until(lambda: ask.words.get('grid_world') == 'is paused', 'word')
-        assert len(ask.heard['action']) == count + 3
+            ask.until(lambda: len(ask.received['action']) >= count + more, 'action')
+        ask.statuses.clear()
+        ask.until(lambda: ask.statuses.get('grid_world') == 'is paused', 'word')
+        assert len(ask.received['action']) == count + 3
 
 
 def test_after_a_pause_and_two_resets_it_is_a_fresh_start(tmp_path, ask, expected):
     with lesson(tmp_path) as started:
-        ask.until(lambda: len(ask.heard['progress']) > 1, 'progress')
+        ask.until(lambda: len(ask.received['progress']) > 1, 'progress')
         ask.pause()
         assert ask.trigger('learner/reset').message == 'nothing is learned'
         assert ask.trigger('grid_world/reset').success
-        ask.until(lambda: len(ask.heard['world']) > 1, 'new world')
-        before, after = ask.heard['world'][-2:]
+        ask.until(lambda: len(ask.received['world']) > 1, 'new world')
+        before, after = ask.received['world'][-2:]
         assert after.replaces == before.run and after.run not in (0, before.run)
         ask.pause(False)
         assert wait_for_digest(started, ask) == expected
-        again = ask.until(lambda: [each for each in ask.heard['progress']
+        again = ask.until(lambda: [each for each in ask.received['progress']
                                    if each.run == after.run][5:], 'progress')
         assert again[0].finished
         assert 'refused' not in ''.join(node.log.read_text() for node in started.values())
@@ -138,17 +138,17 @@ def test_a_learner_that_has_finished_learns_again_after_the_resets(tmp_path, ask
 def test_a_reset_world_keeps_its_new_run_over_a_kill(tmp_path, ask, expected):
     keeps = dict.fromkeys(('grid_world', 'learner'), ('-p', f'state_dir:={tmp_path}'))
     with lesson(tmp_path, **keeps) as started:
-        ask.until(lambda: len(ask.heard['progress']) > 0, 'progress')
+        ask.until(lambda: len(ask.received['progress']) > 0, 'progress')
         ask.pause()
         ask.trigger('learner/reset')
         ask.trigger('grid_world/reset')
-        run = ask.until(lambda: [each.run for each in ask.heard['world'] if each.replaces],
+        run = ask.until(lambda: [each.run for each in ask.received['world'] if each.replaces],
                         'new world')[-1]
         for name in keeps:
             kill(started[name])
             started[name].start()
         assert wait_for_digest(started, ask) == expected
-        assert ask.heard['world'][-1].run == run
+        assert ask.received['world'][-1].run == run
 
 
 def kill(node):
@@ -185,8 +185,8 @@ def digest_after_change(tmp_path, ask, kills, **changes):
 def test_a_change_of_parameters_survives_a_kill(tmp_path, expected, changes):
     found = []
     for kills in (False, True):
-        with caller() as ask:
-            ask.listen(WORLD, STATE, ACTION)
+        with ros_client() as ask:
+            ask.subscribe(WORLD, STATE, ACTION)
             found.append(digest_after_change(tmp_path / str(kills), ask, kills, **changes))
     assert found[0] == found[1] != expected
 
@@ -207,7 +207,7 @@ def test_a_parameter_that_cannot_be_is_refused_with_one_sentence(tmp_path, ask, 
 
 def test_a_learner_without_a_teacher_hears_one_from_a_change_on(tmp_path, ask):
     with lesson(tmp_path, learner=('-p', 'method:=sarsa', '-p', 'iterations:=0')):
-        ask.until(lambda: ask.heard['progress'], 'progress')
+        ask.until(lambda: ask.received['progress'], 'progress')
         assert ask.set('learner', trust='scheduled') == ''
-        ask.until(lambda: ask.heard['action'][-1].followed, 'trust')
-        ask.until(lambda: max(ask.heard['trust'][-1].confidence) > 0.0, 'map of trust')
+        ask.until(lambda: ask.received['action'][-1].followed, 'trust')
+        ask.until(lambda: max(ask.received['trust'][-1].confidence) > 0.0, 'map of trust')

@@ -10,7 +10,7 @@ import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.time import Time
-from ros_client import caller
+from ros_client import ros_client
 from rosgraph_msgs.msg import Clock
 
 from comply_ros.mentor.mentor_policies import MentorError
@@ -52,8 +52,8 @@ def mentor(domain):
 @pytest.fixture
 def client(domain):
     """Return a node that receives what the others publish."""
-    with caller() as node:
-        node.listen(STATE, ACTION, MENTOR_POLICY)
+    with ros_client() as node:
+        node.subscribe(STATE, ACTION, MENTOR_POLICY)
         yield node
 
 
@@ -82,32 +82,32 @@ def test_a_policy_is_followed_from_the_next_observation_on_and_published(
         mentor, client, tmp_path):
     with nodes(tmp_path, grid_world=WORLD, learner=LEARNER):
         wait_for_world(mentor)
-        client.until(lambda: client.heard['mentor_policy'], 'map')
-        assert set(client.heard['mentor_policy'][-1].action) == {-1}
-        client.until(lambda: client.heard['action'], 'action')
-        assert not any(each.followed for each in client.heard['action'])
+        client.until(lambda: client.received['mentor_policy'], 'map')
+        assert set(client.received['mentor_policy'][-1].action) == {-1}
+        client.until(lambda: client.received['action'], 'action')
+        assert not any(each.followed for each in client.received['action'])
         call(mentor, lambda: mentor.use(optimal_policy(BAR)))
-        client.until(lambda: client.heard['mentor_policy'][-1].action.count(-1) < 100, 'map')
-        assert list(client.heard['mentor_policy'][-1].action) == optimal_policy(BAR).tolist()
-        client.until(lambda: client.heard['action'][-1].followed, 'trust')
+        client.until(lambda: client.received['mentor_policy'][-1].action.count(-1) < 100, 'map')
+        assert list(client.received['mentor_policy'][-1].action) == optimal_policy(BAR).tolist()
+        client.until(lambda: client.received['action'][-1].followed, 'trust')
         call(mentor, mentor.erase)
-        count = len(client.heard['action'])
-        client.until(lambda: len(client.heard['action']) > count + 50, 'actions')
-        assert not client.heard['action'][-1].followed
+        count = len(client.received['action'])
+        client.until(lambda: len(client.received['action']) > count + 50, 'actions')
+        assert not client.received['action'][-1].followed
 
 
 def test_a_drag_over_many_cells_publishes_no_more_than_ten_maps_a_second(mentor, client, tmp_path):
     with nodes(tmp_path, grid_world=WORLD):
         wait_for_world(mentor)
-        client.until(lambda: client.heard['mentor_policy'], 'map')
-        start, before = time.monotonic(), len(client.heard['mentor_policy'])
+        client.until(lambda: client.received['mentor_policy'], 'map')
+        start, before = time.monotonic(), len(client.received['mentor_policy'])
         for state in np.flatnonzero(BAR.free)[:60].tolist():
             action = int(BAR.available[state].argmax())
             call(mentor, lambda state=state, action=action: mentor.paint({state: action}))
             client.executor_.spin_once(timeout_sec=0.0)
-        client.until(lambda: list(client.heard['mentor_policy'][-1].action)
+        client.until(lambda: list(client.received['mentor_policy'][-1].action)
                      == mentor.policy.tolist(), 'last map')
-        maps = len(client.heard['mentor_policy']) - before
+        maps = len(client.received['mentor_policy']) - before
         assert 0 < maps <= 2 + 10 * (time.monotonic() - start)
 
 
@@ -149,16 +149,16 @@ def test_while_steering_the_robot_waits_until_patience_ends(mentor, client, tmp_
                 assert 0.0 < wait_until(lambda: mentor.seconds_left, 'clock') <= 300.0
                 action = int(BAR.available[waiting.state].argmax())
                 assert call(mentor, lambda action=action: mentor.steer(action))
-                client.until(lambda waiting=waiting: client.heard['action'] and
-                             client.heard['action'][-1][:3] == waiting[:3], 'action')
-                msg = client.heard['action'][-1]
+                client.until(lambda waiting=waiting: client.received['action'] and
+                             client.received['action'][-1][:3] == waiting[:3], 'action')
+                msg = client.received['action'][-1]
                 assert (msg.action, msg.followed) == (action, True)
                 assert mentor.policy[waiting.state] == action
             wait_until(lambda: mentor.actor.waiting, 'observation')
             assert client.set('mentor', patience=0.05) == ''
-            count = len(client.heard['action'])
-            client.until(lambda: len(client.heard['action']) > count + 3, 'actions without advice')
-            assert not client.heard['action'][-1].followed
+            count = len(client.received['action'])
+            client.until(lambda: len(client.received['action']) > count + 3, 'actions without advice')
+            assert not client.received['action'][-1].followed
             assert 'out of range' in client.set('mentor', patience=0.0)
 
 
@@ -182,5 +182,5 @@ def test_patience_follows_ros_time_where_use_sim_time_is_set(mentor, client, tmp
         time.sleep(1.5)
         assert mentor.actor.waiting is waiting and mentor.seconds_left == 1.0
         set_ros_time(101.5)
-        client.until(lambda: client.heard['action'], 'action without advice')
-        assert not client.heard['action'][0].followed
+        client.until(lambda: client.received['action'], 'action without advice')
+        assert not client.received['action'][0].followed

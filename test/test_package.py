@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a ROS user finds in the package: executables, launch file, parameter file, versions."""
+"""The package: executables, launch file, parameter file, versions, licences."""
 
 import ast
 from pathlib import Path
@@ -21,8 +21,9 @@ KNOWN = {'grid_world': {'map', 'profile', 'seed', 'rate', 'state_dir'},
          'learner': {'method', 'profile', 'seed', 'map_period', 'remembers_advice',
                      'advice_timeout', 'state_dir', *CONFIG_FIELDS}}
 
+
 @pytest.mark.parametrize('name', EXECUTABLES)
-def test_executables_are_installed_and_have_an_entry(name):
+def test_an_executable_has_an_entry_point_and_a_module(name):
     assert callable(getattr(executables, name))
     module, _ = EXECUTABLES[name]
     assert (TOP / 'comply_ros' / f'{module.replace(".", "/")}.py').is_file()
@@ -37,7 +38,7 @@ def test_the_parameter_file_names_parameters_that_exist():
             assert set(table['ros__parameters']) <= KNOWN[name.removeprefix('/**/')]
 
 
-def test_the_launch_file_has_the_arguments_and_knows_all_methods():
+def test_the_launch_file_has_the_documented_arguments_and_all_methods():
     tables = {node.targets[0].id: node.value for node in ast.parse(
         (TOP / 'launch' / 'teach.launch.py').read_text()).body if isinstance(node, ast.Assign)}
     names = [row.elts[0].value for row in tables['ARGUMENTS'].elts]
@@ -55,7 +56,7 @@ def test_versions_agree():
                 for path in ('package.xml', 'msg_defs/package.xml')}
     versions.add(comply_ros.__version__)
     versions |= set(re.findall(r"version='([\d.]+)'", (TOP / 'setup.py').read_text()))
-    versions |= {re.search(r'## ([\d.]+)', (TOP / 'CHANGELOG.md').read_text())[1]}
+    versions |= {re.search(r'(?m)^## (\d[\d.]+)$', (TOP / 'CHANGELOG.md').read_text())[1]}
     assert len(versions) == 1
 
 
@@ -67,7 +68,8 @@ def test_package_xml_is_format_3_and_names_what_is_imported():
             'yaml', 'launch', 'launch_ros'} <= named
 
 
-@pytest.mark.parametrize('path', sorted(TOP.glob('comply_ros/**/*.py')),
-                         ids=lambda path: path.name)
+@pytest.mark.parametrize('path', sorted(
+    path for folder in ('comply_ros', 'tools', 'examples', 'launch', 'test')
+    for path in (TOP / folder).rglob('*.py')), ids=lambda path: str(path.relative_to(TOP)))
 def test_every_source_file_names_its_licence(path):
     assert path.read_text().startswith('# SPDX-License-Identifier: Apache-2.0\n')

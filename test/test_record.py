@@ -10,7 +10,7 @@ import sys
 
 from node_processes import log_has, nodes, run, wait_until
 import pytest
-from ros_client import caller
+from ros_client import ros_client
 
 from comply_ros.experiments import train
 from comply_ros.nodes.node_processes import START
@@ -29,7 +29,7 @@ def recorded(folder, *learner):
         log = started['record']
         for name in ('state', 'mentor_policy'):
             wait_until(log_has(log, f'receives /{name}'), f'recorder of {name}')
-        with caller() as client:
+        with ros_client() as client:
             assert client.pause().success
             with nodes(folder, learner=learner) as others:
                 for name in ('method', 'action'):
@@ -75,7 +75,7 @@ def test_parameters_that_change_and_a_reset_while_it_learns_are_replayed(tmp_pat
         sizes.append(bag.stat().st_size)
         wait_until(lambda: bag.stat().st_size > sizes[-1] + 30_000, 'more bytes')
 
-    with recorded(tmp_path, '-p', 'iterations:=0') as started, caller() as client:
+    with recorded(tmp_path, '-p', 'iterations:=0') as started, ros_client() as client:
         grows()
         assert client.set('learner', temperature=3.0, learning_rate=0.5) == ''
         grows()

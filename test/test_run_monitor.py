@@ -11,7 +11,7 @@ from tiny_worlds import grid
 
 from comply_ros.nodes.run_monitor import RunMonitor
 from comply_ros.nodes.topics import encoder, MENTOR_POLICY, PROGRESS, WORLD
-from comply_ros.protocol.messages import describe, Policy, Progress
+from comply_ros.protocol.messages import describe_world, Policy, Progress
 
 GRID = grid('..G')
 ADVICE = (1, 1, -1)
@@ -37,7 +37,7 @@ class Bench:
 
     def world(self, run, began=0.0, grid=GRID):
         """Publish a world."""
-        self.publish(WORLD, describe(grid, 'small', run, began))
+        self.publish(WORLD, describe_world(grid, 'small', run, began))
 
     def advice(self, run, action=ADVICE):
         """Publish advice for all states."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The scripts: what they say where something is missing, and when they hand over to `ros2`."""
+"""The scripts: their errors, what a second start needs, and when they call `ros2`."""
 
 import os
 from pathlib import Path
@@ -22,7 +22,7 @@ def script(command, folder=TOP, **environment):
 
 @pytest.fixture
 def fresh(tmp_path):
-    """Return a folder with the scripts of a clone that was never set up."""
+    """Return a folder with the scripts of a clone that is not set up."""
     shutil.copytree(TOP / 'scripts', tmp_path / 'scripts')
     shutil.copytree(TOP / 'requirements', tmp_path / 'requirements')
     return tmp_path
@@ -37,7 +37,15 @@ def tool(folder, name, text):
     return str(path)
 
 
-def test_an_unsupported_python_is_one_sentence_with_the_remedy(fresh):
+def programs(folder, *names):
+    """Return a PATH on which there are only these programs."""
+    folder.mkdir()
+    for name in names:
+        (folder / name).symlink_to(shutil.which(name))
+    return str(folder)
+
+
+def test_an_unsupported_python_is_one_line_with_the_remedy(fresh):
     old = tool(fresh / 'bin', 'old', '[ "$1" = --version ] && echo Python 3.9.18; exit 1')
     done = script(['scripts/demo'], fresh, PYTHON=old, ROS_DISTRO='', AMENT_PREFIX_PATH='')
     assert done.returncode == 2
@@ -48,11 +56,9 @@ def test_an_unsupported_python_is_one_sentence_with_the_remedy(fresh):
     assert not (fresh / '.venv').exists()
 
 
-def test_a_missing_compiler_is_one_sentence_with_the_remedy(fresh):
-    for name in ('bash', 'dirname', 'cat', 'sha256sum', 'cut', 'head', 'flock', 'python3'):
-        (fresh / 'bin').mkdir(exist_ok=True)
-        (fresh / 'bin' / name).symlink_to(shutil.which(name))
-    done = script(['bash', 'scripts/demo'], fresh, PATH=str(fresh / 'bin'),
+def test_a_missing_compiler_is_one_line_with_the_remedy(fresh):
+    path = programs(fresh / 'bin', 'bash', 'dirname', 'flock', 'python3')
+    done = script(['bash', 'scripts/demo'], fresh, PATH=path,
                   PYTHON=shutil.which('python3'), ROS_DISTRO='', AMENT_PREFIX_PATH='')
     assert done.returncode == 2
     assert done.stderr == (
@@ -61,7 +67,7 @@ def test_a_missing_compiler_is_one_sentence_with_the_remedy(fresh):
     assert not (fresh / '.venv').exists()
 
 
-def test_an_old_ros_is_one_sentence_with_the_remedy(fresh):
+def test_an_old_ros_is_one_line_with_the_remedy(fresh):
     done = script(['scripts/demo'], fresh, ROS_DISTRO='humble', AMENT_PREFIX_PATH='/opt/ros')
     assert done.returncode == 2
     assert done.stderr == (
@@ -69,7 +75,7 @@ def test_an_old_ros_is_one_sentence_with_the_remedy(fresh):
         'start a shell without it (then ROS 2 comes from Python wheels).\n')
 
 
-def test_a_folder_with_a_space_is_one_sentence(fresh):
+def test_a_folder_with_a_space_is_one_line(fresh):
     (fresh / 'my clone').mkdir()
     (fresh / 'scripts').rename(fresh / 'my clone' / 'scripts')
     done = script(['scripts/demo'], fresh / 'my clone')
@@ -78,20 +84,42 @@ def test_a_folder_with_a_space_is_one_sentence(fresh):
                            f"cannot build in, got '{fresh / 'my clone'}'\n")
 
 
-def test_run_names_what_there_is():
+def test_run_names_the_executables():
     for argv in (['scripts/run'], ['scripts/run', 'nothing']):
         done = script(argv)
         assert done.returncode == 2
         assert ' '.join(sorted(EXECUTABLES)) in done.stderr
 
 
-def test_scripts_work_from_any_folder(tmp_path):
-    done = script([str(TOP / 'scripts' / 'run'), 'train', '--help'], tmp_path)
-    assert done.returncode == 0
-    assert '--mentor SPEC' in done.stdout
+@pytest.mark.parametrize('argv, output', [
+    (['run', 'train'], '--mentor SPEC'), (['topic'], 'echo'), (['service'], 'call'),
+    (['param'], 'describe'), (['chaos'], '--kills N'), (['soak'], '--steps N'),
+    (['benchmark'], '--rounds N')])
+def test_scripts_work_from_any_folder(tmp_path, argv, output):
+    name, *arguments = argv
+    done = script([str(TOP / 'scripts' / name), *arguments, '--help'], tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert output in done.stdout
 
 
-@pytest.mark.parametrize('argv, handed', [
+def test_a_second_start_runs_no_program_but_find(tmp_path):
+    path = programs(tmp_path / 'bin', 'bash', 'dirname', 'find')
+    done = script(['bash', 'scripts/python', '-c', 'import comply_msgs, comply_ros'], PATH=path)
+    assert (done.returncode, done.stdout, done.stderr) == (0, '', '')
+
+
+def test_a_script_that_is_started_by_another_has_the_same_environment():
+    show = ('import os; print(sorted((name, value) for name, value in os.environ.items()'
+            ' if name.endswith("PATH") or name == "VIRTUAL_ENV"))')
+    nested = 'import subprocess, sys; subprocess.run(sys.argv[1:], check=True)'
+    alone = script(['scripts/python', '-c', show])
+    inner = script(['scripts/python', '-c', nested, 'scripts/python', '-c', show])
+    assert inner.returncode == 0, inner.stderr
+    assert inner.stdout == alone.stdout
+    assert 'LD_LIBRARY_PATH' in alone.stdout and 'PYTHONPATH' in alone.stdout
+
+
+@pytest.mark.parametrize('argv, command', [
     (['scripts/topic', 'echo', '--once', '/world'], 'topic echo --once /world'),
     (['scripts/param', 'set', '/learner', 'confidence', '0.9'],
      'param set /learner confidence 0.9'),
@@ -99,7 +127,7 @@ def test_scripts_work_from_any_folder(tmp_path):
      'service call /recommend comply_msgs/srv/Recommend {state: 5}'),
     (['scripts/run', 'learner', '--ros-args', '-p', 'seed:=1'],
      'run comply_ros learner --ros-args -p seed:=1')])
-def test_scripts_hand_over_to_ros2_where_it_exists(tmp_path, argv, handed):
+def test_scripts_call_ros2_if_it_is_installed(tmp_path, argv, command):
     tool(tmp_path, 'ros2', 'echo "$@"')
     done = script(argv, PATH=f'{os.environ["PATH"]}:{tmp_path}')
-    assert done.stdout == handed + '\n'
+    assert done.stdout == command + '\n'

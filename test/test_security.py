@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The SROS2 policies: each grants what its running node uses, no less and no more."""
+"""The SROS2 policies: each grants exactly what its running node uses."""
 
 from pathlib import Path
 import subprocess
@@ -19,15 +19,16 @@ from comply_ros.nodes.node_processes import START
 
 FOLDER = Path(__file__).parents[1] / 'config' / 'security'
 NODES = ('grid_world', 'mentor', 'learner', 'lesson', 'viewer')
-OTHERS = {'teleop_mentor': 'mentor'}  # executables in the place of a node, and its name
-# A mentor that waits for mistakes subscribes to actions too; slow, since it is only looked at.
+OTHERS = {'teleop_mentor': 'mentor'}  # executables that replace a node, and its name
+# A mentor that advises after mistakes subscribes to actions too; slow, to save processor time.
 LESSON = ('--map', 'bar_grid', '--mentor', 'optimal', '--iterations', '100000', '--rate', '5',
           '--budget', '20', '--advising', 'mistakes')
-LOOKS = {'publish': Node.get_publisher_names_and_types_by_node,
-         'subscribe': Node.get_subscriber_names_and_types_by_node,
-         'reply': Node.get_service_names_and_types_by_node,
-         'request': Node.get_client_names_and_types_by_node}
-PUBLISHES = {
+NAMES_BY_VERB = {
+    'publish': Node.get_publisher_names_and_types_by_node,
+    'subscribe': Node.get_subscriber_names_and_types_by_node,
+    'reply': Node.get_service_names_and_types_by_node,
+    'request': Node.get_client_names_and_types_by_node}
+PUBLISHES_ON = {
     'grid_world': (topics.WORLD, topics.STATE, topics.EPISODE),
     'mentor': (topics.RECOMMENDATION, topics.MENTOR_POLICY),
     'learner': (topics.DESCRIPTION, topics.ACTION, topics.PROGRESS, topics.TRUST, topics.POLICY,
@@ -40,14 +41,14 @@ def policy(name):
 
 
 def granted(name, namespace='/'):
-    """Return the set of (verb, full name) that a policy allows, its ns changed to a namespace."""
+    """Return the set of (verb, full name) that a policy allows in a namespace."""
     profile, = policy(name).iterfind('enclaves/enclave/profiles/profile')
     return {(verb, full_name(each.text, namespace, profile.get('node')))
             for rule in profile for verb in rule.keys() for each in rule}
 
 
 def full_name(name, namespace, node):
-    """Return a name as sros2 resolves it in a profile."""
+    """Return a name of a profile as sros2 resolves it."""
     if name.startswith('/'):
         return name
     start = namespace.rstrip('/') + '/'
@@ -55,15 +56,15 @@ def full_name(name, namespace, node):
 
 
 def used(node, name, namespace):
-    """Return the set of (verb, full name) that the graph shows of a node."""
+    """Return the set of (verb, full name) that a node has in the graph."""
     if (name, namespace) not in node.get_node_names_and_namespaces():
         return set()
-    return {(verb, each) for verb, look in LOOKS.items()
-            for each, _ in look(node, name, namespace)}
+    return {(verb, each) for verb, names in NAMES_BY_VERB.items()
+            for each, _ in names(node, name, namespace)}
 
 
 def differences(node, namespace, names=NODES):
-    """Return what is granted and not used, and used and not granted, by node."""
+    """Return what is granted and not used, and what is used and not granted, by node."""
     found = {}
     for name in names:
         allowed = granted(name, namespace)
@@ -75,7 +76,7 @@ def differences(node, namespace, names=NODES):
 
 @pytest.fixture(params=['/', '/second'])
 def namespace(request, domain, tmp_path):
-    """Return the namespace in which the five nodes are running, as processes of a lesson."""
+    """Run the five nodes in a namespace, and return the namespace."""
     lesson = subprocess.Popen(
         [sys.executable, '-c', START.format('lesson'), *LESSON, '--out', str(tmp_path),
          '--namespace', request.param.strip('/')], stderr=subprocess.DEVNULL)
@@ -91,7 +92,7 @@ def namespace(request, domain, tmp_path):
 
 @pytest.fixture
 def node(namespace):
-    """Return a node of the test's own, made when the others are complete."""
+    """Return a node of the test, made after the others."""
     context = rclpy.Context()
     rclpy.init(context=context)
     yield Node('test', context=context)
@@ -106,7 +107,7 @@ def test_a_policy_grants_exactly_what_its_running_node_uses(node, namespace):
 
 
 @pytest.mark.usefixtures('domain')
-def test_a_policy_grants_exactly_what_the_mentor_at_a_terminal_uses():
+def test_a_policy_grants_exactly_what_teleop_mentor_uses():
     context = rclpy.Context()
     rclpy.init(context=context)
     node = Node('test', context=context)
@@ -119,13 +120,13 @@ def test_a_policy_grants_exactly_what_the_mentor_at_a_terminal_uses():
 
 
 @pytest.mark.parametrize('name, topic', [
-    (name, topic.name) for name, published in PUBLISHES.items() for topic in published])
-def test_a_topic_may_be_published_by_its_node_and_no_other(name, topic):
+    (name, topic.name) for name, published in PUBLISHES_ON.items() for topic in published])
+def test_only_one_node_may_publish_on_a_topic(name, topic):
     assert [each for each in NODES if ('publish', f'/{topic}') in granted(each)] == [name]
 
 
-def test_every_topic_has_the_node_that_publishes_it():
-    assert sorted(topic.name for published in PUBLISHES.values() for topic in published) == sorted(
+def test_every_topic_has_a_node_that_publishes_on_it():
+    assert sorted(topic.name for each in PUBLISHES_ON.values() for topic in each) == sorted(
         each.name for each in vars(topics).values() if isinstance(each, topics.Topic))
 
 
@@ -143,7 +144,7 @@ def test_a_policy_is_one_enclave_with_one_node_and_no_wildcard(name):
 
 @pytest.fixture
 def page(domain, tmp_path):
-    """Run a dashboard that teaches."""
+    """Run a dashboard with its mentor."""
     with nodes(tmp_path, dashboard=['-p', 'port:=0']) as running:
         wait_until(log_has(running['dashboard'], 'ready: '), 'page')
         yield
@@ -158,7 +159,7 @@ def test_the_policy_of_the_dashboard_grants_exactly_what_its_two_nodes_use(page)
             name = profile.get('node')
             allowed = {(verb, full_name(each.text, '/', name))
                        for rule in profile for verb in rule.keys() for each in rule}
-            wait_until(lambda: allowed <= used(node, name, '/'), f'all that {name} may use')
+            wait_until(lambda: allowed <= used(node, name, '/'), f'full use by {name}')
             assert used(node, name, '/') == allowed
     finally:
         rclpy.try_shutdown(context=context)

@@ -7,7 +7,7 @@ import termios
 from node_processes import nodes, run
 from pty_session import pty_session
 import pytest
-from ros_client import caller
+from ros_client import ros_client
 
 from comply_ros.nodes.topics import ACTION, MENTOR_POLICY, STATE
 from comply_ros.storage.map_files import read_map
@@ -31,8 +31,8 @@ PATIENT = ('--ros-args', '-p', 'patience:=300.0')
 @pytest.fixture
 def client(domain):
     """Give a node that receives the messages of the others."""
-    with caller() as node:
-        node.listen(STATE, ACTION, MENTOR_POLICY)
+    with ros_client() as node:
+        node.subscribe(STATE, ACTION, MENTOR_POLICY)
         yield node
 
 
@@ -42,7 +42,7 @@ def until(client, session, condition, what):
 
 
 def test_keys_steer_the_robot_and_q_leaves_the_terminal_as_it_was(tmp_path, client):
-    received = client.heard
+    received = client.received
     with pty_session(*PATIENT) as session, nodes(tmp_path, grid_world=WORLD, learner=LEARNER):
         for keys in (('\x1b[D', '\x1b[C', '\x1b[B', '\x1b[A'), 'adsw', 'adsw',
                      ('\x1bOD', '\x1bOC', '\x1bOB', '\x1bOA')):
@@ -71,7 +71,7 @@ def test_an_action_out_of_the_grid_is_rejected_and_the_robot_keeps_waiting(tmp_p
         session.wait_for('it waits for you')
         session.type('w')
         session.wait_for("an action must not leave the grid, got '^' in state 0 (row 1, column 1)")
-        assert not client.heard['action']
+        assert not client.received['action']
 
 
 def test_painted_advice_is_published_without_a_key_and_the_page_shows_the_trust(tmp_path, client):
@@ -81,7 +81,7 @@ def test_painted_advice_is_published_without_a_key_and_the_page_shows_the_trust(
         session.type('\t')
         session.wait_for('Mode: painting')
         session.wait_for('trust in you: 1.00 here')
-        policies = client.heard['mentor_policy']
+        policies = client.received['mentor_policy']
         before = until(client, session, lambda: policies, 'policy')[-1].action
         session.type('\x1b[C' * 12 + '\x1b[B' * 12 + 'w' + '\x1b[D' + 'w')
         session.wait_for('painted up')
@@ -108,7 +108,7 @@ def test_keys_before_there_is_a_world_do_no_harm(client):
 
 
 def test_the_policy_can_start_as_that_of_a_generated_mentor(tmp_path, client):
-    policies = client.heard['mentor_policy']
+    policies = client.received['mentor_policy']
     with pty_session(*PATIENT, '-p', 'mentor:=optimal') as session, \
             nodes(tmp_path, grid_world=WORLD):
         session.wait_for('your policy starts as optimal')

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""docs/tutorial.md: every command on it does what stands below it."""
+"""docs/tutorial.md: every command prints what the page says, and the links lead somewhere."""
 
 from pathlib import Path
 import re
 import shutil
 import socket
 
-from doc_runner import Block, blocks, Class, EndedError, fences, pattern
+from doc_runner import Block, blocks, DocRunner, EndedError, fences, pattern
 import pytest
 
 TOP = Path(__file__).parents[1]
@@ -18,7 +18,7 @@ ROS2 = {'scripts/run': 'ros2 run comply_ros', 'scripts/topic': 'ros2 topic',
 
 @pytest.fixture
 def folder(tmp_path):
-    """Return a folder like this one to whoever types in it, where results go astray."""
+    """Return a copy of this folder for whoever types commands in it; results stay there."""
     (tmp_path / 'scripts').mkdir()
     for path in (TOP / 'scripts').iterdir():
         script = tmp_path / 'scripts' / path.name
@@ -28,18 +28,18 @@ def folder(tmp_path):
     return tmp_path
 
 
-def test_every_command_does_what_the_page_says(domain, folder):
-    # Another may have the port of the page.
+def test_every_command_prints_what_the_page_says(domain, folder):
+    # Another process may have the port of the page.
     with socket.create_server(('localhost', 0)) as free:
         page = PAGE.replace('8080', str(free.getsockname()[1]))
-    with Class(folder) as typed:
+    with DocRunner(folder) as runner:
         for block in blocks(page):
-            typed.do(block)
+            runner.run(block)
 
 
 @pytest.mark.parametrize('fence', [each for each in fences(PAGE) if each.language == 'bash'],
                          ids=lambda fence: f'line_{fence.line}')
-def test_beside_each_command_stands_what_it_is_with_ros(fence):
+def test_each_command_has_its_ros2_command_beside_it(fence):
     written = '\n'.join(fence.lines)
     for line in fence.lines:
         command = re.sub(r'\s+# .*', '', line)
@@ -55,21 +55,21 @@ def test_every_block_on_the_page_is_read():
         == languages.count('bash') > 5
 
 
-def test_the_own_mentor_on_the_page_is_the_one_that_runs():
+def test_the_mentor_on_the_page_is_the_one_of_the_examples():
     code, = ('\n'.join(each.lines) + '\n' for each in fences(PAGE) if each.language == 'python')
     own = (TOP / 'examples' / 'own_mentor.py').read_text()
     assert code in own
-    assert own.removesuffix(code).count('\n') == 1  # but for the licence
+    assert own.removesuffix(code).count('\n') == 1  # the licence
     assert len([line for line in code.splitlines() if line]) <= 30
 
 
-def test_the_own_mentor_needs_plain_rclpy_and_the_messages_only():
+def test_the_mentor_of_the_examples_needs_only_rclpy_and_the_messages():
     own = (TOP / 'examples' / 'own_mentor.py').read_text()
     assert set(re.findall(r'^(?:from|import) (\w+)', own, re.MULTILINE)) == {
         'comply_msgs', 'rclpy'}
 
 
-def test_blocks_have_terminals_commands_and_what_is_expected():
+def test_blocks_have_terminals_commands_and_expected_output():
     page = ('x\n```bash\n# terminal 2\necho a  # ros2 a\n```\ny\n```text\na ...\n```\n'
             '```bash\necho b\n```\n```text\n# terminal 2\nc\n```\n'
             '```bash\n# terminal 2: Ctrl-C\n```\n')
@@ -79,29 +79,29 @@ def test_blocks_have_terminals_commands_and_what_is_expected():
                             Block(17, '2', True, (), ())]
 
 
-@pytest.mark.parametrize('expected, msg, is_there', [
+@pytest.mark.parametrize('expected, output, is_shown', [
     (['a ... c'], 'x\na b c\n', True), (['a'], 'ab\n', False), (['a', 'c'], 'a\nb\nc\n', False),
     (['a', '...', 'c'], 'a\nb\nb\nc\n', True), (['a', '...', 'c'], 'a\nc\n', True),
     (['(.)'], '(a)\n', False)])
-def test_three_dots_stand_for_anything_and_nothing_else_does(expected, msg, is_there):
-    assert bool(pattern(expected).search(msg)) == is_there
+def test_only_three_dots_stand_for_any_text(expected, output, is_shown):
+    assert bool(pattern(expected).search(output)) == is_shown
 
 
-@pytest.mark.parametrize('block, sentence', [
+@pytest.mark.parametrize('block, error', [
     (Block(3, None, False, ('echo a',), ('b',)), 'line 3: echo a\nshows\na\n\nand not\nb'),
     (Block(3, None, False, ('false',), ()), 'line 3: false'),
     (Block(3, '1', False, ('echo a',), ('b',)), 'line 3: echo a ended:\na')])
-def test_a_command_that_does_something_else_is_shown_with_its_line(tmp_path, block, sentence):
-    with pytest.raises((AssertionError, EndedError)) as failure, Class(tmp_path) as typed:
-        typed.do(block)
-    assert sentence in str(failure.value)
+def test_a_command_with_other_output_is_reported_with_its_line(tmp_path, block, error):
+    with pytest.raises((AssertionError, EndedError)) as failure, DocRunner(tmp_path) as runner:
+        runner.run(block)
+    assert error in str(failure.value)
 
 
-def test_what_runs_in_a_terminal_is_ended_by_the_next_and_by_ctrl_c(tmp_path):
-    with Class(tmp_path) as typed:
+def test_a_running_command_is_ended_by_the_next_one_and_by_ctrl_c(tmp_path):
+    with DocRunner(tmp_path) as runner:
         first = Block(1, '1', False, ('bash -c "echo a; exec sleep 60"',), ('a',))
-        typed.do(first)
-        typed.do(first._replace(line=2))
-        typed.do(Block(2, '1', False, (), ('a',)))
-        typed.do(Block(3, '1', True, (), ()))
-        assert typed._running == {}
+        runner.run(first)
+        runner.run(first._replace(line=2))
+        runner.run(Block(2, '1', False, (), ('a',)))
+        runner.run(Block(3, '1', True, (), ()))
+        assert runner.running == {}

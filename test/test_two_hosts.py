@@ -52,9 +52,9 @@ def counted_actions(folder):
 def test_a_lesson_goes_on_by_itself_after_the_cable_was_pulled(
         tmp_path, across_machines, expected):  # noqa: F811
     with two_hosts(tmp_path) as (here, there), \
-            there.starts_what_follows(), nodes(tmp_path, learner=LEARNER) as far, \
+            there.starting_processes(), nodes(tmp_path, learner=LEARNER) as far, \
             counted_actions(tmp_path) as count, \
-            here.starts_what_follows(), nodes(tmp_path, grid_world=SMALL + RATE, mentor=MENTOR):
+            here.starting_processes(), nodes(tmp_path, grid_world=SMALL + RATE, mentor=MENTOR):
         wait_until(lambda: count() > 100, 'learning over the cable')
         there.pull_cable()
         time.sleep(IN_FLIGHT)
@@ -79,10 +79,11 @@ def test_what_two_hosts_need_and_is_missing_is_named(monkeypatch, tmp_path):
     monkeypatch.setenv('PATH', str(tmp_path))
     assert missing() == 'two hosts need the tool `ip`, and there is none: apt install iproute2'
     (tmp_path / 'ip').touch(mode=0o755)
-    assert missing(rights=0) == ('two hosts need CAP_NET_ADMIN and CAP_SYS_ADMIN: be root, '
-                                 'outside a container or in a privileged one')
-    assert 'need CAP_SYS_ADMIN:' in missing(rights=1 << 12)
-    assert missing(rights=1 << 12 | 1 << 21) == ''
+    assert missing(capabilities=0) == (
+        'two hosts need CAP_NET_ADMIN and CAP_SYS_ADMIN: be root, outside a container or in a '
+        'privileged one')
+    assert 'need CAP_SYS_ADMIN:' in missing(capabilities=1 << 12)
+    assert missing(capabilities=1 << 12 | 1 << 21) == ''
 
 
 def namespaces():

@@ -125,5 +125,5 @@ def test_foxglove_shows_what_the_viewer_publishes_and_nothing_else():
 def test_the_launch_file_knows_what_rviz_shows():
     tables = {each.targets[0].id: each.value for each in ast.parse(
         (TOP / 'launch' / 'teach.launch.py').read_text()).body if isinstance(each, ast.Assign)}
-    assert {f'view/{each}' for each in ast.literal_eval(tables['SHOWN'])} == {
+    assert {f'view/{each}' for each in ast.literal_eval(tables['VIEW_TOPICS'])} == {
         view.name for view in viewer_messages.VIEWS if 'return' not in view.name}

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tools for the developers of comply_ros. They are not installed."""
+"""Tools of this repository, started by `scripts/`. They are not installed."""

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`scripts/chaos`: kills nodes at random moments, and proves that nothing is lost."""
+"""`scripts/chaos`: kill nodes at random moments, and check that nothing is lost."""
 
 import argparse
 from collections import Counter
+from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from itertools import count
 from pathlib import Path
@@ -15,16 +16,20 @@ from comply_ros.learner.learner_config import ConfigError
 from comply_ros.learner.training import Training
 from comply_ros.mentor.advice_budget import AdviceBudget
 from comply_ros.nodes.lesson import lesson_parser, NODES, run_lesson
-from comply_ros.nodes.node_processes import NodeDied
+from comply_ros.nodes.node_processes import NodeDied, NodeProcess
 from comply_ros.nodes.run_monitor import LessonFailed
 from comply_ros.numerics.rng import SEED_LIMIT
-from comply_ros.storage.kernel_cache import use_kernel_cache
 from comply_ros.storage.mentor_cache import mentor_policy
 from comply_ros.terminal.console import console
-from comply_ros.terminal.training_options import check_options, guarded, MISTAKES
+from comply_ros.terminal.training_options import (
+    check_options,
+    guarded,
+    MISTAKES,
+    TrainingOptions,
+)
 from comply_ros.world.mdp import World
 
-# One lesson after the other until there were enough kills: each kind of memory that can be lost.
+# One lesson after the other until there were enough kills: each kind of state that can be lost.
 LESSONS = (
     ('--method', 'beta_implicit', '--mentor', 'noisy:0.3'),
     ('--method', 'explicit_lambda', '--mentor', 'noisy:0.3', '--budget', '40'),
@@ -32,36 +37,36 @@ LESSONS = (
     ('--method', 'vanishing', '--mentor', 'noisy:0.3', '--budget', '40', '--advising', 'mistakes'),
     ('--method', 'watkins', '--mentor', 'none'),
 )
-LESSON = ('--map', 'bar_grid', '--iterations', '3', '--respawn')
-LONGEST = 2.4  # seconds between two kills, at most: a node needs about half a second to start
+COMMON = ('--map', 'bar_grid', '--iterations', '3', '--respawn')
+LONGEST_PAUSE = 2.4  # seconds between two kills: a node needs about half a second to start
 
 
-class Killer:
+class NodeKiller:
     """
-    Kills the nodes of one lesson after the other, as a seed says.
+    Kills nodes of one lesson after the other, at moments that follow from a seed.
 
     Parameters
     ----------
-    most: kills in all.
-    seed: of the moments and of who is killed.
+    limit: kills in all.
     end: when to stop, in seconds of the monotonic clock.
 
     Attributes
     ----------
-    killed: how often each node was killed.
+    kills: how often each node was killed.
 
     """
 
-    def __init__(self, most, seed, end):
-        self.killed, self._most, self._end = Counter(), most, end
+    def __init__(self, limit: int, seed: int, end: float) -> None:
+        self.kills: Counter[str] = Counter()
+        self._limit, self._end = limit, end
         self._random = random.Random(seed)
 
-    def has_done(self):
+    def is_done(self) -> bool:
         """Tell whether there were enough kills, or the time is up."""
-        return self.killed.total() >= self._most or time.monotonic() > self._end
+        return self.kills.total() >= self._limit or time.monotonic() > self._end
 
     @contextmanager
-    def disturbing(self, processes):
+    def disturbing(self, processes: Sequence[NodeProcess]) -> Generator[None]:
         """Kill these nodes while the block runs."""
         over = Event()
         thread = Thread(target=self._kill, args=(processes, over))
@@ -72,67 +77,68 @@ class Killer:
             over.set()
             thread.join()
 
-    def _kill(self, processes, over):
-        begin = time.monotonic()
-        while not self.has_done() and not over.wait(self._random.uniform(0.0, LONGEST)):
-            victim = self._random.choice(processes)
-            if victim.kill():
-                self.killed[victim.name] += 1
-                console.print(f'  {time.monotonic() - begin:6.2f} s  kill -9 {victim.name}')
+    def _kill(self, processes: Sequence[NodeProcess], over: Event) -> None:
+        start = time.monotonic()
+        while not self.is_done() and not over.wait(self._random.uniform(0.0, LONGEST_PAUSE)):
+            process = self._random.choice(processes)
+            if process.kill():
+                self.kills[process.name] += 1
+                console.print(f'  {time.monotonic() - start:6.2f} s  kill -9 {process.name}')
 
 
-def main(argv):
+def main(argv: Sequence[str]) -> int:
     """Run the command; return the exit code."""
-    parser = argparse.ArgumentParser('chaos', description='Kill nodes at random moments while '
-                                     'they learn, and compare what they learned.')
+    parser = argparse.ArgumentParser(
+        'chaos', description='Kill nodes at random moments while they learn, and compare what '
+        'they have learned with an undisturbed training.')
     add = parser.add_argument
     add('--kills', type=int, default=100, metavar='N', help='(default: %(default)s)')
     add('--seed', type=int, default=0, metavar='K', help='of the moments (default: %(default)s)')
     add('--seconds', type=float, default=float('inf'), metavar='T',
-        help='begin no further kill after this time (default: no limit)')
+        help='start no kill after this time (default: no limit)')
     add('--out', default='runs/chaos', metavar='DIR', help='(default: %(default)s)')
     given = parser.parse_args(argv[1:])
-    use_kernel_cache()
     return guarded('chaos', MISTAKES, lambda: run(given))
 
 
-def run(given):
-    """Hold lessons until there were enough kills; return 0 if no digest differed, else 1."""
+def run(given: argparse.Namespace) -> int:
+    """Run lessons until there were enough kills; return 0 if all digests are equal, else 1."""
     if not 0 <= given.seed <= SEED_LIMIT or given.kills < 1:
         raise ConfigError(f'seed must lie in [0, {SEED_LIMIT}] and kills be at least 1, '
                           f'got {given.seed} and {given.kills}')
-    killer = Killer(given.kills, given.seed, time.monotonic() + given.seconds)
-    lessons = held = 0
+    killer = NodeKiller(given.kills, given.seed, time.monotonic() + given.seconds)
+    lessons = equal = 0
     for number in count():
-        if killer.has_done():
+        if killer.is_done():
             break
-        lessons, held = lessons + 1, held + survives(number, given, killer)
-    told = ', '.join(f'{name} {killer.killed[name]}' for name in NODES)
-    console.print(f'{killer.killed.total()} kills ({told}): the digest held in {held} of '
+        lessons, equal = lessons + 1, equal + survives(number, given, killer)
+    by_node = ', '.join(f'{name} {killer.kills[name]}' for name in NODES)
+    console.print(f'{killer.kills.total()} kills ({by_node}): the digest was equal in {equal} of '
                   f'{lessons} lessons')
-    return 0 if held == lessons else 1
+    return 0 if equal == lessons else 1
 
 
-def survives(number, given, killer):
-    """Return whether a lesson under kills gives the digest of an undisturbed one; tell it."""
-    argv = (*LESSONS[number % len(LESSONS)], *LESSON, '--seed', str(given.seed + number), '--out',
+def survives(number: int, given: argparse.Namespace, killer: NodeKiller) -> bool:
+    """Return whether a lesson with kills has the digest of an undisturbed one; print it."""
+    argv = (*LESSONS[number % len(LESSONS)], *COMMON, '--seed', str(given.seed + number), '--out',
             str(Path(given.out) / f'{number + 1}'))
     options = check_options(lesson_parser().parse_args(argv))
-    expected, before = digest_in_process(options), killer.killed.total()
+    expected, before = digest_in_process(options), killer.kills.total()
     console.print(f'lesson {number + 1}: {" ".join(argv[:-2])}')
     try:
         _, _, outcome = run_lesson(options, killer.disturbing)
     except (NodeDied, LessonFailed) as failure:
         console.print(f'  failed: {failure}')
         return False
-    same = outcome['digest'] == expected
-    console.print(f'  {killer.killed.total() - before} kills, {outcome["steps"]:,} steps, digest '
-                  f'{outcome["digest"][:16]}: {"held" if same else f"is not {expected[:16]}"}')
-    return same
+    equal = outcome['digest'] == expected
+    console.print(f'  {killer.kills.total() - before} kills, {outcome["steps"]:,} steps, digest '
+                  f'{outcome["digest"][:16]}: '
+                  f'{"equal" if equal else f"must be {expected[:16]}"}')
+    return equal
 
 
-def digest_in_process(options):
-    """Digest of the same lesson in one process, undisturbed."""
+def digest_in_process(options: TrainingOptions) -> str:
+    """Digest of the same training in one process, undisturbed."""
     world = World(options.grid)
     policy = mentor_policy(options.spec, world, options.mentor_seed)
     training = Training(world, AdviceBudget(world, policy, options.budget, options.advising),

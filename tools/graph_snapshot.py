@@ -1,93 +1,55 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What running nodes show of themselves in the graph; docs/interfaces.md is made of it."""
+"""`scripts/interfaces`: start every node, read its interfaces from the graph, write the page."""
 
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 import os
 from pathlib import Path
 import sys
 import tempfile
 import time
-from typing import NamedTuple
+from typing import Any
 
+from rcl_interfaces.msg import ParameterDescriptor
 from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters
 import rclpy
 from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
+from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from comply_ros.nodes.node_processes import NodeProcess
-from comply_ros.nodes.parameters import ADVISING, BAG, BUDGET, PORT
-from tools.interfaces_markdown import page_of
-from tools.ros_graph import call, OF_EVERY_NODE, QUIET, settled
+from comply_ros.nodes.parameters import ADVISING, BAG, BUDGET, Parameter, PORT
+from tools.interfaces_markdown import Endpoint, NodeInterfaces, NodeKind, page_of
+from tools.ros_graph import (
+    call,
+    QUIET,
+    SERVICES_OF_EVERY_NODE,
+    settled,
+    TOPICS_OF_EVERY_NODE,
+)
 
-START = 30.0  # seconds that a node has to start
-OWN_TOPICS = {'/parameter_events', '/rosout'}  # that every node has
-OWN_PARAMETERS = {'start_type_description_service', 'use_sim_time'}  # that every node has
-
-
-class Sort(NamedTuple):
-    """
-    A sort of node to look at.
-
-    Attributes
-    ----------
-    name: its heading.
-    executable: what is started.
-    node: the name of the node.
-    given: table of values by `Parameter`, which are not the defaults; {folder} is a fresh one.
-    only: words for what is seen of it and not of the one before it with that name.
-
-    """
-
-    name: str
-    executable: str
-    node: str
-    given: dict = {}
-    only: str = ''
+START_TIMEOUT = 30.0  # seconds
+PARAMETERS_OF_EVERY_NODE = {'start_type_description_service', 'use_sim_time'}
 
 
-class End(NamedTuple):
-    """One end of a topic or service: relative name, type, and for topics how it is delivered."""
+Endpoints = tuple[tuple[Endpoint, ...], ...]  # publishers, subscribers, servers, clients
 
-    name: str
-    kind: str
-    reliability: str = ''
-    durability: str = ''
-
-
-class RemoteParameter(NamedTuple):
-    """A parameter: its descriptor and its default."""
-
-    described: object
-    value: object
-
-
-class Shown(NamedTuple):
-    """What one node shows: sorted `End`s, and its `RemoteParameter`s in the order of declaration."""
-
-    sort: Sort
-    speaks: tuple
-    hears: tuple
-    serves: tuple
-    calls: tuple
-    settings: tuple
-
-
-SORTS = (
-    Sort('grid_world', 'grid_world', 'grid_world'),
-    Sort('mentor', 'mentor', 'mentor'),
-    Sort('mentor', 'mentor', 'mentor', {BUDGET: 1, ADVISING: 'mistakes'},
-         'with a `budget` and `advising:=mistakes`'),
-    Sort('learner', 'learner', 'learner'),
-    Sort('viewer', 'viewer', 'viewer'),
-    Sort('dashboard', 'dashboard', 'dashboard', {PORT: 0}),
-    Sort('mentor of the dashboard', 'dashboard', 'mentor', {PORT: 0}),
-    Sort('record', 'record', 'record', {BAG: '{folder}/bag'}),
-    Sort('fault_injector', 'fault_injector', 'fault_injector'),
+NODE_KINDS = (
+    NodeKind('grid_world', 'grid_world', 'grid_world'),
+    NodeKind('mentor', 'mentor', 'mentor'),
+    NodeKind('mentor', 'mentor', 'mentor', {BUDGET: 1, ADVISING: 'mistakes'},
+             'with a `budget` and `advising:=mistakes`'),
+    NodeKind('learner', 'learner', 'learner'),
+    NodeKind('viewer', 'viewer', 'viewer'),
+    NodeKind('dashboard', 'dashboard', 'dashboard', {PORT: 0}),
+    NodeKind('mentor of the dashboard', 'dashboard', 'mentor', {PORT: 0}),
+    NodeKind('record', 'record', 'record', {BAG: '{folder}/bag'}),
+    NodeKind('fault_injector', 'fault_injector', 'fault_injector'),
 )
 
 
-def main(argv):
-    """Write the page to the file that is named, or to standard output; return the exit code."""
+def main(argv: Sequence[str]) -> int:
+    """Write the page to a file, or to standard output; return the exit code."""
     rclpy.init()
     try:
         text = page()
@@ -100,33 +62,35 @@ def main(argv):
     return 0
 
 
-def page():
-    """Return the text of docs/interfaces.md; starts one node of each sort."""
+def page() -> str:
+    """Return the text of docs/interfaces.md; starts one node of each kind."""
     node = Node('_interfaces')
     try:
-        with running(SORTS) as spaces:
-            looks = _looked_at(node, spaces)
-            return page_of([_shown(node, sort, space, seen)
-                            for (sort, space), seen in zip(spaces, looks)])
+        with running(NODE_KINDS) as namespaces:
+            found = _settled_endpoints(node, namespaces)
+            return page_of([_node_interfaces(node, kind, namespace, endpoints)
+                            for (kind, namespace), endpoints in zip(namespaces, found)])
     finally:
         node.destroy_node()
 
 
 @contextmanager
-def running(sorts):
-    """Run a node of each sort; yield pairs (sort, namespace of its own)."""
+def running(kinds: Sequence[NodeKind]) -> Generator[list[tuple[NodeKind, str]]]:
+    """Run a node of each kind; yield each kind with the namespace of its node."""
     with tempfile.TemporaryDirectory() as folder:
-        spaces = [(sort, f'/interfaces_{os.getpid()}_{number}')
-                  for number, sort in enumerate(sorts)]
-        started = []
+        namespaces = [(kind, f'/interfaces_{os.getpid()}_{number}')
+                      for number, kind in enumerate(kinds)]
+        started: list[NodeProcess] = []
         try:
-            for sort, space in spaces:
-                log = Path(folder) / space.strip('/')
-                log.mkdir()
-                started.append(NodeProcess(
-                    sort.executable, ['-r', f'__ns:={space}', *_arguments(sort, log)], log))
-            _wait_for(started)
-            yield spaces
+            for kind, namespace in namespaces:
+                place = Path(folder) / namespace.strip('/')
+                place.mkdir()
+                arguments = ['-r', f'__ns:={namespace}']
+                for parameter, value in kind.parameters.items():
+                    arguments += ['-p', f'{parameter.name}:={str(value).format(folder=place)}']
+                started.append(NodeProcess(kind.executable, arguments, place))
+            _wait_until_ready(started)
+            yield namespaces
         finally:
             for process in started:
                 process.interrupt()
@@ -134,15 +98,9 @@ def running(sorts):
                 process.wait()
 
 
-def _arguments(sort, folder):
-    """Yield the ROS arguments that give parameters their values."""
-    for parameter, value in sort.given.items():
-        yield from ('-p', f'{parameter.name}:={str(value).format(folder=folder)}')
-
-
-def _wait_for(processes):
+def _wait_until_ready(processes: Sequence[NodeProcess]) -> None:
     """
-    Return when every node has said that it is ready.
+    Return when every node has logged that it is ready.
 
     Raises
     ------
@@ -150,76 +108,77 @@ def _wait_for(processes):
     TimeoutError: if one is not ready in time.
 
     """
-    end = time.monotonic() + START
+    end = time.monotonic() + START_TIMEOUT
     for process in processes:
         while 'ready' not in process.log.read_text(errors='replace'):
             process.check()
             if time.monotonic() > end:
-                raise TimeoutError(f'{process.name} was not ready within {START:g} s; its last '
-                                   f'lines:\n{process.last_lines()}')
+                raise TimeoutError(f'{process.name} was not ready within {START_TIMEOUT:g} s; '
+                                   f'its last lines:\n{process.last_lines()}')
             time.sleep(0.01)
 
 
-def _looked_at(node, spaces):
-    """Return what the graph shows of each node, once it is complete and does not change."""
-    def look():
-        return [_ends(node, sort.node, space) for sort, space in spaces]
+def _settled_endpoints(node: Node, namespaces: Sequence[tuple[NodeKind, str]]) -> list[Endpoints]:
+    """Return the endpoints of each node, once the graph is complete and does not change."""
+    def look() -> list[Endpoints]:
+        return [_endpoints(node, kind.node, namespace) for kind, namespace in namespaces]
 
-    def is_complete(seen):
-        return all(len(services) >= len(OF_EVERY_NODE) and all(
-            'UNKNOWN' not in end for each in ends[:2] for end in each)
-            for *ends, services, _ in seen)
-    return settled(node, look, START, is_complete, 2.0 * QUIET)
+    def is_complete(seen: list[Endpoints]) -> bool:
+        return all(len(servers) >= len(SERVICES_OF_EVERY_NODE)
+                   and not any('UNKNOWN' in end for end in (*publishers, *subscribers))
+                   for publishers, subscribers, servers, _ in seen)
+    return settled(node, look, START_TIMEOUT, is_complete, 2.0 * QUIET)
 
 
-def _ends(node, name, space):
-    """(speaks, hears, serves, calls) of a node; four empty ones before it is there."""
-    if (name, space) not in node.get_node_names_and_namespaces():
+def _endpoints(node: Node, name: str, namespace: str) -> Endpoints:
+    """Return the endpoints of a node; four empty tuples until it is in the graph."""
+    if (name, namespace) not in node.get_node_names_and_namespaces():
         return (), (), (), ()
+
+    def relative(full: str) -> str:
+        return full.removeprefix(f'{namespace}/')
+
+    def of_topic(info: TopicEndpointInfo, topic: str) -> Endpoint:
+        return Endpoint(relative(topic), info.topic_type, info.qos_profile.reliability.name,
+                        info.qos_profile.durability.name)
     topics = (
-        tuple(_end_of_topic(end, topic, space) for topic, _ in sorted(names(node, name, space))
-              if topic not in OWN_TOPICS for end in ends(node, topic)
-              if (end.node_name, end.node_namespace) == (name, space))
-        for names, ends in (
-            (Node.get_publisher_names_and_types_by_node, Node.get_publishers_info_by_topic),
-            (Node.get_subscriber_names_and_types_by_node, Node.get_subscriptions_info_by_topic)))
-    services = (tuple(End(_relative(each, space), kinds[0])
-                      for each, kinds in sorted(look(node, name, space)))
-                for look in (Node.get_service_names_and_types_by_node,
-                             Node.get_client_names_and_types_by_node))
+        tuple(of_topic(info, topic) for topic, _ in sorted(names(name, namespace))
+              if topic not in TOPICS_OF_EVERY_NODE for info in infos(topic)
+              if (info.node_name, info.node_namespace) == (name, namespace))
+        for names, infos in (
+            (node.get_publisher_names_and_types_by_node, node.get_publishers_info_by_topic),
+            (node.get_subscriber_names_and_types_by_node, node.get_subscriptions_info_by_topic)))
+    services = (tuple(Endpoint(relative(each), kinds[0])
+                      for each, kinds in sorted(names(name, namespace)))
+                for names in (node.get_service_names_and_types_by_node,
+                              node.get_client_names_and_types_by_node))
     return *topics, *services
 
 
-def _end_of_topic(end, topic, space):
-    return End(_relative(topic, space), end.topic_type, end.qos_profile.reliability.name,
-               end.qos_profile.durability.name)
+def _node_interfaces(node: Node, kind: NodeKind, namespace: str,
+                     endpoints: Endpoints) -> NodeInterfaces:
+    """`NodeInterfaces` of a node; its parameters are read from the node itself."""
+    publishers, subscribers, servers, clients = endpoints
+    own = {f'{kind.node}/{each}' for each in SERVICES_OF_EVERY_NODE}
+    servers = tuple(end._replace(name=end.name.replace(f'{kind.node}/', '~/', 1))
+                    for end in servers if end.name not in own)
+    return NodeInterfaces(kind, publishers, subscribers, servers, clients, tuple(
+        _parameters(node, f'{namespace}/{kind.node}', kind.parameters)))
 
 
-def _relative(name, space):
-    return name.removeprefix(f'{space}/')
-
-
-def _shown(node, sort, space, seen):
-    """`Shown` of a node, its parameters asked from itself."""
-    speaks, hears, serves, calls = seen
-    own = {f'{sort.node}/{each}' for each in OF_EVERY_NODE}
-    serves = tuple(end._replace(name=end.name.replace(f'{sort.node}/', '~/', 1))
-                   for end in serves if end.name not in own)
-    return Shown(sort, speaks, hears, serves, calls,
-                 tuple(_settings(node, f'{space}/{sort.node}', sort.given)))
-
-
-def _settings(node, name, given):
-    """Yield the `RemoteParameter` of each parameter of a node, with its default."""
-    listed = call(node, ListParameters, f'{name}/list_parameters', ListParameters.Request(), START)
-    names = [each for each in listed.result.names if each not in OWN_PARAMETERS]
-    described = call(node, DescribeParameters, f'{name}/describe_parameters',
-                     DescribeParameters.Request(names=names), START).descriptors
+def _parameters(node: Node, name: str,
+                given: Mapping[Parameter, Any]) -> Iterator[tuple[ParameterDescriptor, Any]]:
+    """Yield the descriptor and the default of each parameter of a node."""
+    listed = call(node, ListParameters, f'{name}/list_parameters', ListParameters.Request(),
+                  START_TIMEOUT)
+    names = [each for each in listed.result.names if each not in PARAMETERS_OF_EVERY_NODE]
+    descriptors = call(node, DescribeParameters, f'{name}/describe_parameters',
+                       DescribeParameters.Request(names=names), START_TIMEOUT).descriptors
     values = call(node, GetParameters, f'{name}/get_parameters',
-                  GetParameters.Request(names=names), START).values
+                  GetParameters.Request(names=names), START_TIMEOUT).values
     defaults = {parameter.name: parameter.default for parameter in given}
-    for each, value in zip(described, values):
-        yield RemoteParameter(each, defaults.get(each.name, parameter_value_to_python(value)))
+    for descriptor, value in zip(descriptors, values):
+        yield descriptor, defaults.get(descriptor.name, parameter_value_to_python(value))
 
 
 if __name__ == '__main__':

@@ -1,130 +1,186 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The text of docs/interfaces.md, from what the nodes show and what their messages say."""
+"""The text of docs/interfaces.md, from the interfaces of the nodes and their definitions."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+from rcl_interfaces.msg import ParameterDescriptor
 
 from comply_ros.nodes import topics
-from tools.message_definitions import definitions
+from comply_ros.nodes.parameters import Parameter
+from tools.message_definitions import Definition, definitions
 from tools.param import KINDS
 
 HEAD = """# Interfaces
 
-Every topic, service, parameter and message of the nodes. `scripts/interfaces` wrote this page: it
-started each node and asked it, and a test fails when the page no longer says what they say.
-[The tutorial](tutorial.md) shows them at work.
+All topics, services, parameters and messages of the nodes. `scripts/interfaces` generates this
+page: it starts each node and reads its interfaces from the ROS graph. A test fails if the page no
+longer agrees with the nodes. [The tutorial](tutorial.md) shows the interfaces at work.
 
-All names are relative, so that a namespace gives a second robot; only `/diagnostics` is one for
-the whole system. `~/` stands for the node's own name, as in `/grid_world/`. `scripts/topic`,
-`scripts/service` and `scripts/param` are `ros2 topic`, `ros2 service` and `ros2 param` where there
-is a `ros2`, and do the same where there is none.
+All names are relative, so a namespace gives a second robot; only `/diagnostics` is shared by the
+whole system. `~/` stands for the name of the node, as in `/grid_world/`. `scripts/topic`,
+`scripts/service` and `scripts/param` call `ros2 topic`, `ros2 service` and `ros2 param`, or
+replace them where there is no `ros2`.
 """
 
-DELIVERED = """\
-Reliable and transient local is what ROS calls latched: whoever comes late gets the last
-messages, as many as the topic keeps. A volatile topic has no memory. To hear what is latched,
-subscribe with `DurabilityPolicy.TRANSIENT_LOCAL`; to be heard on such a topic, publish with it.
-What stands here is offered by who speaks; how many a topic keeps the graph does not tell, it is
-what `comply_ros/nodes/topics.py` says.
+DELIVERY = """\
+Reliable and transient local topics are *latched*: late subscribers receive the last messages, as
+many as the depth says. Volatile topics keep none. Subscribe to a latched topic with
+`DurabilityPolicy.TRANSIENT_LOCAL` to receive these messages. Publish on it with the same policy:
+the nodes do not receive messages from a volatile publisher. The table has the QoS that the
+publishers offer. The ROS graph does not contain the depth; it comes from
+`comply_ros/nodes/topics.py`.
 """
 
-OF_ALL = """\
-Besides, as every node in ROS 2: the topics `/rosout` and `/parameter_events`, the services
-`~/list_parameters`, `~/describe_parameters`, `~/get_parameters`, `~/set_parameters`, ..., and the
-parameters `use_sim_time` and `start_type_description_service`.
+OF_EVERY_NODE = """\
+Each node also has what every ROS 2 node has: the topics `/rosout` and `/parameter_events`, the
+services `~/list_parameters`, `~/describe_parameters`, `~/get_parameters`, `~/set_parameters`, ...,
+and the parameters `use_sim_time` and `start_type_description_service`.
+
+*Read-only* parameters are set at the start. You can set the others while the node runs.
 """
 
-FIXED = '*fixed*: read at the start; the other parameters may be set while the node runs.'
 NOTES = {
-    'fault_injector': 'Hears `NAME/before` and speaks on `NAME` for each NAME in `topics`, as '
-    'soon as somebody speaks there, with the message and the QoS that it finds.'}
-WHAT = {  # of services whose type does not say it
-    '~/pause': 'True pauses, false goes on; no message is lost by it.',
-    '~/step': 'While it is paused, lets one question be asked and answered.',
-    ('grid_world', '~/reset'): 'Begins a new run, as from a fresh start.',
-    ('learner', '~/reset'): 'Forgets all that was learned.'}
-FAMILIAR = ('comply_msgs', 'std_srvs')  # packages whose definitions the page shows
+    'fault_injector': 'For each NAME in `topics` it subscribes to `NAME/before` and publishes on '
+    '`NAME`, with the message type and the QoS of the publisher, as soon as there is one.'}
+# What services do whose type does not say it.
+PURPOSES = {
+    '~/pause': 'True pauses the world, false resumes it; no message is lost.',
+    '~/step': 'While the world is paused: one observation, and its action.',
+    ('grid_world', '~/reset'): 'Starts a new run, as after a fresh start.',
+    ('learner', '~/reset'): 'Forgets everything that was learned.'}
+DEFINED_HERE = ('comply_msgs', 'std_srvs')  # packages whose definitions are on the page
 
 
-def page_of(shown):
-    """Text of the page; shown: a `Shown` of each sort, in the order of the page."""
-    whole = [each for each in shown if not each.sort.only]
-    parts = [HEAD, '## Topics\n', _topics(shown), DELIVERED, '## Services\n', _services(whole),
-             '## Nodes\n', OF_ALL, FIXED + '\n', *map(_node, whole),
-             '## Messages\n', *_messages(shown), '## Service definitions\n', *_calls(whole)]
-    return '\n'.join(parts)
+class NodeKind(NamedTuple):
+    """
+    A node that the page describes.
+
+    Attributes
+    ----------
+    name: its heading.
+    executable: what is started.
+    node: the name of the node.
+    parameters: values that are not the defaults; {folder} stands for a fresh folder.
+    condition: text for what it has and the one before it with this name has not.
+
+    """
+
+    name: str
+    executable: str
+    node: str
+    parameters: Mapping[Parameter, Any] = {}
+    condition: str = ''
 
 
-def _table(heads, rows):
-    """Text of a table; what would break a cell is replaced."""
+class Endpoint(NamedTuple):
+    """A publisher, subscriber, server or client: relative name and type; of topics the QoS."""
+
+    name: str
+    kind: str
+    reliability: str = ''
+    durability: str = ''
+
+
+class NodeInterfaces(NamedTuple):
+    """Endpoints of a node, sorted; and its parameters with their defaults, in their order."""
+
+    kind: NodeKind
+    publishers: tuple[Endpoint, ...]
+    subscribers: tuple[Endpoint, ...]
+    servers: tuple[Endpoint, ...]
+    clients: tuple[Endpoint, ...]
+    parameters: tuple[tuple[ParameterDescriptor, Any], ...]
+
+
+def page_of(nodes: Sequence[NodeInterfaces]) -> str:
+    """Text of the page; `nodes` are in the order of the page."""
+    unconditional = [each for each in nodes if not each.kind.condition]
+    return '\n'.join([
+        HEAD, '## Topics\n', _topics(nodes), DELIVERY, '## Services\n', _services(unconditional),
+        '## Nodes\n', OF_EVERY_NODE, *map(_node, unconditional), '## Messages\n',
+        *_messages(nodes), '## Service definitions\n', *_service_definitions(unconditional)])
+
+
+def _table(heads: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    """Text of a table; pipes and line ends in cells are escaped."""
+    heads = list(heads)
     lines = ['| ' + ' | '.join(heads) + ' |', '|' + '---|' * len(heads)]
     lines += ['| ' + ' | '.join(cell.replace('|', '\\|').replace('\n', ' ') for cell in row) + ' |'
               for row in rows]
     return '\n'.join(lines) + '\n'
 
 
-def _topics(shown):
-    """Text of the table of all topics: who is at their ends."""
-    known = {each.name: each.qos.depth for each in vars(topics).values()
-             if isinstance(each, topics.Topic)}
-    ends = {}
-    for node in shown:
-        for side, some in enumerate((node.speaks, node.hears)):
-            for end in some:
-                row = ends.setdefault((end.name, end.kind), ([], [], ([], [])))
-                row[2][side].append(end)
-                if not any(each.startswith(f'`{node.sort.node}`') for each in row[side]):
-                    row[side].append(f'`{node.sort.node}`'
-                                     + (f' {node.sort.only}' if node.sort.only else ''))
-    return _table(('topic', 'message', 'spoken by', 'heard by', 'delivered', 'keeps'), (
-        (f'`{name}`', _linked(kind), ', '.join(speak) or 'anybody', ', '.join(hear) or
-         'who looks', _delivered(msg or heard), str(known.get(name, '')))
-        for (name, kind), (speak, hear, (msg, heard)) in sorted(ends.items())))
+def _topics(nodes: Iterable[NodeInterfaces]) -> str:
+    """Text of the table of all topics, with their publishers and subscribers."""
+    depths = {each.name: each.qos.depth for each in vars(topics).values()
+              if isinstance(each, topics.Topic)}
+    names: dict[tuple[str, str], tuple[list[str], list[str]]] = {}
+    ends: dict[tuple[str, str], tuple[list[Endpoint], list[Endpoint]]] = {}
+    for node in nodes:
+        label = f'`{node.kind.node}`'
+        words = f'{label} {node.kind.condition}'.strip()
+        for side, endpoints in enumerate((node.publishers, node.subscribers)):
+            for end in endpoints:
+                key = end.name, end.kind
+                ends.setdefault(key, ([], []))[side].append(end)
+                column = names.setdefault(key, ([], []))[side]
+                if not any(each.startswith(label) for each in column):
+                    column.append(words)
+    return _table(('topic', 'message', 'publishers', 'subscribers', 'QoS', 'depth'), (
+        (f'`{name}`', _type(kind), ', '.join(publishers) or 'any',
+         ', '.join(subscribers) or 'tools such as RViz',
+         _qos(ends[name, kind][0] or ends[name, kind][1]), str(depths.get(name, '')))
+        for (name, kind), (publishers, subscribers) in sorted(names.items())))
 
 
-def _delivered(ends):
-    """Words for the QoS of the ends of a topic: what is offered, who hears may ask for less."""
-    words = sorted({f'{end.reliability.lower()}, {end.durability.lower().replace("_", " ")}'
-                    for end in ends})
-    return '; '.join(words)
+def _qos(ends: Iterable[Endpoint]) -> str:
+    return '; '.join(sorted({
+        f'{end.reliability.lower()}, {end.durability.lower().replace("_", " ")}'
+        for end in ends}))
 
 
-def _linked(kind):
-    """Name of a type, with a link to its definition below where there is one."""
+def _type(kind: str) -> str:
+    """Name of a type, with a link to its definition if that is on the page."""
     package, _, name = kind.split('/')
-    return f'[`{kind}`](#{name.lower()})' if package in FAMILIAR else f'`{kind}`'
+    return f'[`{kind}`](#{name.lower()})' if package in DEFINED_HERE else f'`{kind}`'
 
 
-def _services(shown):
-    return _table(('service', 'type', 'of', 'what for'), (
-        (f'`{end.name}`', _linked(end.kind), f'`{node.sort.name}`', what(node.sort.node, end))
-        for node in shown for end in node.serves))
+def _services(nodes: Iterable[NodeInterfaces]) -> str:
+    return _table(('service', 'type', 'node', 'purpose'), (
+        (f'`{end.name}`', _type(end.kind), f'`{node.kind.name}`', purpose(node.kind.node, end))
+        for node in nodes for end in node.servers))
 
 
-def what(node, end):
-    """Return what a service is for; empty where nothing says it."""
-    return (WHAT.get((node, end.name)) or WHAT.get(end.name)
+def purpose(node: str, end: Endpoint) -> str:
+    """Return what a service does; '' if nothing says it."""
+    return (PURPOSES.get((node, end.name)) or PURPOSES.get(end.name)
             or (definitions(end.kind)[0].text if end.kind.startswith('comply_msgs') else ''))
 
 
-def _node(node):
-    """Text of what one node shows."""
-    lines = [f'### {node.sort.name}\n', f'`scripts/run {node.sort.executable}`, '
-             f'`ros2 run comply_ros {node.sort.executable}`\n']
-    for words, ends in (('Speaks on', node.speaks), ('Hears', node.hears),
-                        ('Serves', node.serves), ('Calls', node.calls)):
+def _node(node: NodeInterfaces) -> str:
+    """Text of the section of a node."""
+    lines = [f'### {node.kind.name}\n', f'`scripts/run {node.kind.executable}`, '
+             f'`ros2 run comply_ros {node.kind.executable}`\n']
+    for words, ends in (('Publishes on', node.publishers), ('Subscribes to', node.subscribers),
+                        ('Serves', node.servers), ('Calls', node.clients)):
         if ends:
             lines.append(f'* {words} ' + ', '.join(f'`{end.name}`' for end in ends))
-    lines += [NOTES[node.sort.name]] if node.sort.name in NOTES else []
-    rows = [_setting(each) for each in node.settings]
+    lines += [NOTES[node.kind.name]] if node.kind.name in NOTES else []
     return '\n'.join(lines) + '\n\n' + _table(
-        ('parameter', 'type', 'default', 'may be', '', 'meaning'), rows)
+        ('parameter', 'type', 'default', 'allowed', '', 'meaning'),
+        (_parameter(descriptor, default) for descriptor, default in node.parameters))
 
 
-def _setting(setting):
-    described, value = setting
-    return (f'`{described.name}`', KINDS[described.type].name, f'`{_value(value)}`',
-            _range(described), 'fixed' if described.read_only else '', described.description)
+def _parameter(descriptor: ParameterDescriptor, default: Any) -> tuple[str, ...]:
+    ranges = [f'{_number(each.from_value)} to {_number(each.to_value)}'
+              for each in (*descriptor.floating_point_range, *descriptor.integer_range)]
+    allowed = ', '.join([*ranges, descriptor.additional_constraints]).strip(', ')
+    return (f'`{descriptor.name}`', KINDS[descriptor.type].name, f'`{_value(default)}`', allowed,
+            'read-only' if descriptor.read_only else '', descriptor.description)
 
 
-def _value(value):
+def _value(value: Any) -> str:
     """Return a value as it is written on a command line."""
     if isinstance(value, bool):
         return str(value).lower()
@@ -133,41 +189,34 @@ def _value(value):
     return repr(value) if value == '' else str(value)
 
 
-def _range(described):
-    spans = [*described.floating_point_range, *described.integer_range]
-    return ', '.join([f'{_number(span.from_value)} to {_number(span.to_value)}' for span in spans]
-                     + [described.additional_constraints] * bool(
-                         described.additional_constraints))
-
-
-def _number(value):
+def _number(value: float) -> str:
     return f'{value:g}' if value % 1 or abs(value) < 1e4 else f'{int(value):,}'
 
 
-def _messages(shown):
+def _messages(nodes: Iterable[NodeInterfaces]) -> Iterator[str]:
     """Yield the text of the definition of every message on a topic."""
-    kinds = {end.kind for node in shown for end in (*node.speaks, *node.hears)}
+    kinds = {end.kind for node in nodes for end in (*node.publishers, *node.subscribers)}
     for kind in sorted(kinds, key=lambda kind: kind.split('/')[-1]):
-        if kind.startswith(FAMILIAR):
+        if kind.startswith(DEFINED_HERE):
             definition, = definitions(kind)
             yield (f'### {kind.split("/")[-1]}\n\n{definition.text}\n\n'
                    + _definition(definition))
 
 
-def _calls(shown):
+def _service_definitions(nodes: Iterable[NodeInterfaces]) -> Iterator[str]:
     """Yield the text of the definition of every service."""
-    kinds = {end.kind for node in shown for end in node.serves}
+    kinds = {end.kind for node in nodes for end in node.servers}
     for kind in sorted(kinds, key=lambda kind: kind.split('/')[-1]):
-        asked, answered = definitions(kind)
-        yield (f'### {kind.split("/")[-1]}\n\n{asked.text or f"As `{kind}`."}\n\n'
-               + _half('Request', asked) + '\n' + _half('Response', answered))
+        request, response = definitions(kind)
+        yield (f'### {kind.split("/")[-1]}\n\n{request.text or f"Defined by `{kind}`."}\n\n'
+               + _half('Request', request) + '\n' + _half('Response', response))
 
 
-def _half(name, definition):
+def _half(name: str, definition: Definition) -> str:
     return f'{name}:\n\n{_definition(definition)}' if definition.fields else f'{name}: empty\n'
 
 
-def _definition(definition):
+def _definition(definition: Definition) -> str:
     """Text of the constants and fields of a definition."""
     constants = [f'`{each.name}` {each.value}' for each in definition.fields
                  if each.value is not None]

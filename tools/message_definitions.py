@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the text of a message or service definition says, comments included."""
+"""Message and service definitions with their comments, as they are installed."""
 
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 import re
 from typing import NamedTuple
@@ -9,44 +10,40 @@ from ament_index_python import get_package_share_directory
 
 
 class Field(NamedTuple):
-    """One line of a definition; `value` is None but for a constant."""
+    """A field or constant of a definition; `value` is None for a field."""
 
     kind: str
     name: str
-    value: str
+    value: str | None
     text: str
 
 
 class Definition(NamedTuple):
-    """A message, or one half of a service: the sentence on top, and its lines."""
+    """A message, or one half of a service: the comment at the top, and the fields."""
 
     text: str
-    fields: tuple
+    fields: tuple[Field, ...]
 
 
-def definitions(kind):
-    """
-    Return the `Definition`s of an installed type: one of a message, two of a service.
-
-    kind: such as `std_srvs/srv/Trigger`.
-    """
-    package, room, name = kind.split('/')
-    path = Path(get_package_share_directory(package)) / room / f'{name}.{room}'
-    return [read_definition(half) for half in re.split('(?m)^---$', path.read_text())]
+def definitions(kind: str) -> list[Definition]:
+    """Return the definition of a message, or the two of a service such as std_srvs/srv/Trigger."""
+    package, group, name = kind.split('/')
+    path = Path(get_package_share_directory(package)) / group / f'{name}.{group}'
+    return [parse_definition(half) for half in re.split('(?m)^---$', path.read_text())]
 
 
-def read_definition(source):
-    """`Definition` of the lines of a message."""
+def parse_definition(source: str) -> Definition:
+    """`Definition` of the text of a message."""
     lines = [line.strip() for line in source.strip().splitlines()]
-    begin = next((i for i, line in enumerate(lines) if not line.startswith('#')), len(lines))
-    on_top = begin == len(lines) or not lines[begin]  # else it belongs to the first field
-    text = ' '.join(line.lstrip('# ') for line in lines[:begin]) if on_top else ''
-    return Definition(text, tuple(_fields(lines[begin:] if on_top else lines)))
+    first = next((i for i, line in enumerate(lines) if not line.startswith('#')), len(lines))
+    is_top = first == len(lines) or not lines[first]  # else the comment is of the first field
+    text = ' '.join(line.lstrip('# ') for line in lines[:first]) if is_top else ''
+    return Definition(text, tuple(_fields(lines[first:] if is_top else lines)))
 
 
-def _fields(lines):
-    """Yield every field and constant, with the comment behind it, or the ones before it."""
-    before = []
+def _fields(lines: Iterable[str]) -> Iterator[Field]:
+    """Yield every field and constant, with the comment behind it, or the comments before it."""
+    before: list[str] = []
     for line in lines:
         code, _, comment = (part.strip() for part in line.partition('#'))
         if not code:

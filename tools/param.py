@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """`param list | get | set | describe`, for machines without the `ros2` command line."""
 
+import argparse
+from collections.abc import Callable, Sequence
 import sys
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+from rcl_interfaces.msg import Parameter, ParameterDescriptor, ParameterType, ParameterValue
 from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters, SetParameters
+from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 import yaml
 
@@ -22,11 +25,11 @@ from tools.ros_graph import (
 
 
 class Kind(NamedTuple):
-    """A type of parameter: its name, the field of `ParameterValue`, how `get` says it."""
+    """A type of parameter: its name, the field of `ParameterValue`, and what `get` prints."""
 
     name: str
     field: str
-    words: str
+    sentence: str
     type: type
     is_list: bool = False
 
@@ -46,7 +49,7 @@ KINDS = {
         'string array', 'string_array_value', 'String values are', str, True)}
 
 
-def main(argv):
+def main(argv: Sequence[str]) -> int:
     """Run the command; return the exit code."""
     return run_command(command_parser('param', 'Look at parameters, and set them.', (
         ('list', show_list, 'names of the parameters of a node, or of all',
@@ -58,36 +61,34 @@ def main(argv):
          {'node': {}, 'parameter': {}}))), argv)
 
 
-def show_list(node, given):
+def show_list(node: Node, given: argparse.Namespace) -> int:
     """Print the names of the parameters of one node, or of all, each below its node."""
-    names = [_found(node, given)] if given.node else _nodes(node, given.timeout, bool, QUIET)
-    for name in names:
+    nodes = [_find_node(node, given)] if given.node else _nodes(node, given.timeout, bool, QUIET)
+    for name in nodes:
         if not given.node:
             print(f'{name}:')
-        listed = call(node, ListParameters, f'{name}/list_parameters', ListParameters.Request(),
-                      given.timeout)
-        for each in sorted(listed.result.names):
-            print(f'  {each}')
+        for parameter in _parameter_names(node, name, given.timeout):
+            print(f'  {parameter}')
     return 0
 
 
-def show_value(node, given):
-    """Print the value of a parameter, as `ros2 param get`."""
-    name = _found(node, given)
-    _described(node, name, given)
+def show_value(node: Node, given: argparse.Namespace) -> int:
+    """Print the value of a parameter, as `ros2 param get` does."""
+    name = _find_node(node, given)
+    _describe(node, name, given)
     value, = call(node, GetParameters, f'{name}/get_parameters',
                   GetParameters.Request(names=[given.parameter]), given.timeout).values
     if value.type not in KINDS:
         print('Parameter not set.')
     else:
-        print(f'{KINDS[value.type].words}: {parameter_value_to_python(value)}')
+        print(f'{KINDS[value.type].sentence}: {parameter_value_to_python(value)}')
     return 0
 
 
-def set_value(node, given):
-    """Set a parameter and print what the node says to it; exit code 1 where it refuses."""
-    name = _found(node, given)
-    value = value_of(given.parameter, _described(node, name, given).type, given.value)
+def set_value(node: Node, given: argparse.Namespace) -> int:
+    """Set a parameter and print the result; raises GraphError if the node rejects it."""
+    name = _find_node(node, given)
+    value = value_of(given.parameter, _describe(node, name, given).type, given.value)
     result, = call(node, SetParameters, f'{name}/set_parameters', SetParameters.Request(
         parameters=[Parameter(name=given.parameter, value=value)]), given.timeout).results
     if result.successful:
@@ -96,10 +97,11 @@ def set_value(node, given):
     raise GraphError(f'setting parameter failed: {result.reason}')
 
 
-def show_description(node, given):
-    """Print type, meaning and constraints of a parameter, as `ros2 param describe`."""
-    described = _described(node, _found(node, given), given)
-    print(f'Parameter name: {described.name}\n  Type: {_type(described.type)}')
+def show_description(node: Node, given: argparse.Namespace) -> int:
+    """Print type, description and constraints of a parameter, as `ros2 param describe` does."""
+    described = _describe(node, _find_node(node, given), given)
+    kind = KINDS[described.type].name if described.type in KINDS else 'not set'
+    print(f'Parameter name: {described.name}\n  Type: {kind}')
     if described.description:
         print(f'  Description: {described.description}')
     print('  Constraints:')
@@ -112,11 +114,11 @@ def show_description(node, given):
     return 0
 
 
-def value_of(name, kind, text):
+def value_of(name: str, kind: int, text: str) -> ParameterValue:
     """
-    `ParameterValue` of a type, from what was written on the command line.
+    `ParameterValue` of a type, from a word of the command line.
 
-    Unlike `ros2 param set`, a whole number is taken for a double, and anything for a string.
+    Unlike `ros2 param set`, it takes an integer for a double, and any text for a string.
 
     Raises
     ------
@@ -126,68 +128,61 @@ def value_of(name, kind, text):
     wanted = KINDS.get(kind) or KINDS[ParameterType.PARAMETER_STRING]
     try:
         value = text if wanted.type is str and not wanted.is_list else yaml.safe_load(text)
-        made = ParameterValue(type=kind, check_fields=True)
-        setattr(made, wanted.field, [_element(each, wanted.type) for each in value]
+        value_message = ParameterValue(type=kind, check_fields=True)
+        setattr(value_message, wanted.field, [_element(each, wanted.type) for each in value]
                 if wanted.is_list and isinstance(value, list) else _element(value, wanted.type))
     except (yaml.YAMLError, AssertionError, TypeError, ValueError, OverflowError):
         article = 'an' if wanted.name[0] in 'aeiou' else 'a'
         raise GraphError(f'parameter {name} must be {article} {wanted.name}, '
                          f'got {text!r}') from None
-    return made
+    return value_message
 
 
-def _element(value, kind):
+def _element(value: Any, kind: type) -> Any:
     if type(value) is not kind and not (kind is float and type(value) is int):
         raise TypeError
     return kind(value)
 
 
-def _described(node, name, given):
+def _describe(node: Node, name: str, given: argparse.Namespace) -> ParameterDescriptor:
     """
-    `ParameterDescriptor` of the given parameter of a node.
+    Return the `ParameterDescriptor` of the given parameter of a node.
 
     Raises
     ------
-    GraphError: if it has no such parameter.
+    GraphError: if the node has no such parameter.
 
     """
     described, = call(node, DescribeParameters, f'{name}/describe_parameters',
                       DescribeParameters.Request(names=[given.parameter]),
                       given.timeout).descriptors or [None]
     if described is None or described.type not in KINDS and not described.description:
-        listed = call(node, ListParameters, f'{name}/list_parameters', ListParameters.Request(),
-                      given.timeout).result.names
         raise GraphError(f'node {name!r} has no parameter {given.parameter!r}; it has '
-                         f'{", ".join(sorted(listed))}')
+                         f'{", ".join(_parameter_names(node, name, given.timeout))}')
     return described
 
 
-def _type(number):
-    return KINDS[number].name if number in KINDS else 'not set'
+def _parameter_names(node: Node, name: str, timeout: float) -> list[str]:
+    return sorted(call(node, ListParameters, f'{name}/list_parameters', ListParameters.Request(),
+                       timeout).result.names)
 
 
-def _found(node, given):
-    """
-    Return the full name of the given node.
-
-    Raises
-    ------
-    GraphError: if it is not there.
-
-    """
+def _find_node(node: Node, given: argparse.Namespace) -> str:
+    """Return the full name of the given node; raises GraphError if it is not in the graph."""
     name = full_name(given.node)
-    there = _nodes(node, given.timeout, lambda seen: name in seen)
-    if name not in there:
-        raise GraphError(missing('node', name, there))
+    found = _nodes(node, given.timeout, lambda seen: name in seen)
+    if name not in found:
+        raise GraphError(missing('node', name, found))
     return name
 
 
-def _nodes(node, seconds, is_enough, quiet=0.0):
-    """Return the full names of all nodes but this one, and hidden ones."""
-    def look():
-        return sorted({f'{space.rstrip("/")}/{name}' for name, space
+def _nodes(node: Node, timeout: float, is_complete: Callable[[list[str]], object],
+           quiet: float = 0.0) -> list[str]:
+    """Return the full names of all nodes but hidden ones, such as this one."""
+    def look() -> list[str]:
+        return sorted({f'{namespace.rstrip("/")}/{name}' for name, namespace
                        in node.get_node_names_and_namespaces() if not name.startswith('_')})
-    return settled(node, look, seconds, is_enough, quiet)
+    return settled(node, look, timeout, is_complete, quiet)
 
 
 if __name__ == '__main__':

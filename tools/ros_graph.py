@@ -1,28 +1,51 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What `topic`, `service` and `param` share: a node that looks round, and calls a service."""
+"""What `topic`, `service` and `param` share: the command line, discovery, and service calls."""
 
 import argparse
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from importlib import import_module
 import os
 import sys
 import time
+from typing import Any, TypeVar
 
 import rclpy
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 
-OF_EVERY_NODE = ('describe_parameters', 'get_parameter_types', 'get_parameters',
-                 'get_type_description', 'list_parameters', 'set_parameters',
-                 'set_parameters_atomically')  # services
-QUIET = 1.2  # seconds without news after which discovery is taken to be complete
+Seen = TypeVar('Seen')
+NamesAndTypes = Iterable[tuple[str, Sequence[str]]]
+# A subcommand: name, function of the node and its options, help, and the arguments with the
+# settings of `add_argument`.
+Command = tuple[str, Callable[[Node, argparse.Namespace], int], str, Mapping[str, dict[str, Any]]]
+
+SERVICES_OF_EVERY_NODE = (
+    'describe_parameters', 'get_parameter_types', 'get_parameters', 'get_type_description',
+    'list_parameters', 'set_parameters', 'set_parameters_atomically')
+TOPICS_OF_EVERY_NODE = {'/parameter_events', '/rosout'}
+QUIET = 1.2  # seconds without a change after which discovery counts as complete
 
 
 class GraphError(ValueError):
-    """Something that is not there, or does not answer; the message names it."""
+    """Something that is not in the graph, or does not answer; the message names it."""
 
 
-def run_command(parser, argv):
-    """Run the `run` of the given subcommand with a node; return the exit code of the process."""
+def command_parser(name: str, text: str, commands: Iterable[Command]) -> argparse.ArgumentParser:
+    """`ArgumentParser` with subcommands."""
+    parser = argparse.ArgumentParser(name, description=text)
+    subparsers = parser.add_subparsers(required=True, metavar='COMMAND')
+    for word, run, meaning, arguments in commands:
+        command = subparsers.add_parser(word, help=meaning, description=meaning)
+        command.set_defaults(run=run)
+        command.add_argument('--timeout', type=float, default=5.0, metavar='SECONDS',
+                             help='how long to wait for the graph (default: %(default)s)')
+        for argument, settings in arguments.items():
+            command.add_argument(argument, **settings)
+    return parser
+
+
+def run_command(parser: argparse.ArgumentParser, argv: Sequence[str]) -> int:
+    """Run the subcommand of the command line with a node; return the exit code."""
     given = parser.parse_args(argv[1:])
     rclpy.init()
     node = Node(f'_{parser.prog}')
@@ -37,36 +60,18 @@ def run_command(parser, argv):
         rclpy.try_shutdown()
 
 
-def command_parser(name, text, commands):
-    """
-    `ArgumentParser` of a command with subcommands.
-
-    commands: rows (name, function of node and options, its help, its arguments, each with the
-        settings of `add_argument`).
-    """
-    parser = argparse.ArgumentParser(name, description=text)
-    added = parser.add_subparsers(required=True, metavar='COMMAND')
-    for word, run, meaning, arguments in commands:
-        command = added.add_parser(word, help=meaning, description=meaning)
-        command.set_defaults(run=run)
-        command.add_argument('--timeout', type=float, default=5.0, metavar='SECONDS',
-                             help='how long to look and wait (default: %(default)s)')
-        for argument, settings in arguments.items():
-            command.add_argument(argument, **settings)
-    return parser
-
-
-def full_name(name):
-    """Return a name as the graph shows it, from `/`."""
+def full_name(name: str) -> str:
+    """Return a name as the graph has it, with a leading `/`."""
     return name if name.startswith('/') else f'/{name}'
 
 
-def find(node, look, name, seconds, kind):
+def find(node: Node, look: Callable[[], NamesAndTypes], name: str, timeout: float,
+         kind: str) -> tuple[str, str]:
     """
-    (full name, type) of a topic or a service.
+    Return the full name and the type of a topic or service.
 
-    look: returns pairs (name, types).
-    kind: the word for it.
+    look: returns all names and types.
+    kind: 'topic' or 'service', for the error.
 
     Raises
     ------
@@ -74,40 +79,42 @@ def find(node, look, name, seconds, kind):
 
     """
     name = full_name(name)
-    types = dict(settled(node, look, seconds, lambda seen: name in dict(seen), 0.0))
+    types = dict(settled(node, look, timeout, lambda seen: name in dict(seen), 0.0))
     if name not in types:
         raise GraphError(missing(kind, name, types))
     return name, types[name][0]
 
 
-def missing(kind, name, there):
-    """Return the sentence for something that is not in the graph, with what is."""
-    there = [each for each in there if each.rpartition('/')[2] not in OF_EVERY_NODE]
+def missing(kind: str, name: str, existing: Collection[str]) -> str:
+    """Return the error for a name that is not in the graph, with those that are."""
+    names = [each for each in existing if each.rpartition('/')[2] not in SERVICES_OF_EVERY_NODE]
     return (f'there is no {kind} {name!r} in ROS domain {os.environ.get("ROS_DOMAIN_ID", 0)}; '
-            f'there are {", ".join(sorted(there)) or "none"}')
+            f'there are {", ".join(sorted(names)) or "none"}')
 
 
-def type_named(kind):
+def type_named(kind: str) -> type:
     """
     Return the class of a type such as `std_srvs/srv/Trigger`.
 
     Raises
     ------
-    GraphError: if this machine has no such type.
+    GraphError: if it is not installed here.
 
     """
     try:
-        package, room, name = kind.split('/')
-        return getattr(import_module(f'{package}.{room}'), name)
+        package, group, name = kind.split('/')
+        return getattr(import_module(f'{package}.{group}'), name)
     except (ValueError, ImportError, AttributeError):
         raise GraphError('a type must be one that is installed here, such as '
                          f'std_srvs/srv/Trigger, got {kind!r}') from None
 
 
-def settled(node, look, seconds, is_enough, quiet=QUIET):
-    """Return what `look` sees once it is enough and for `quiet` s the same, or at the end."""
-    end, seen, since = time.monotonic() + seconds, look(), time.monotonic()
-    while time.monotonic() < end and not (is_enough(seen) and time.monotonic() - since >= quiet):
+def settled(node: Node, look: Callable[[], Seen], timeout: float,
+            is_complete: Callable[[Seen], object], quiet: float = QUIET) -> Seen:
+    """Return what `look` sees once it is complete and unchanged for `quiet` s, or at the end."""
+    end, seen, since = time.monotonic() + timeout, look(), time.monotonic()
+    while time.monotonic() < end and not (
+            is_complete(seen) and time.monotonic() - since >= quiet):
         rclpy.spin_once(node, timeout_sec=0.05)
         now = look()
         if now != seen:
@@ -115,24 +122,24 @@ def settled(node, look, seconds, is_enough, quiet=QUIET):
     return seen
 
 
-def call(node, kind, name, request, seconds):
+def call(node: Node, kind: Any, name: str, request: Any, timeout: float) -> Any:
     """
     Return the response of a service.
 
     Raises
     ------
-    GraphError: if it is not there, or does not answer in time.
+    GraphError: if there is no such service, or it does not respond in time.
 
     """
-    client, end = node.create_client(kind, name), time.monotonic() + seconds
+    client, end = node.create_client(kind, name), time.monotonic() + timeout
     try:
-        if not client.wait_for_service(seconds):
-            raise GraphError(f'nobody serves {name!r} within {seconds:g} s')
+        if not client.wait_for_service(timeout):
+            raise GraphError(f'there is no server of {name!r} within {timeout:g} s')
         future = client.call_async(request)
         while not future.done() and time.monotonic() < end:
             rclpy.spin_once(node, timeout_sec=0.05)
         if not future.done():
-            raise GraphError(f'service {name!r} did not answer within {seconds:g} s')
+            raise GraphError(f'service {name!r} did not respond within {timeout:g} s')
         return future.result()
     finally:
         node.destroy_client(client)

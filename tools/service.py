@@ -1,8 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """`service list | type | call`, for machines without the `ros2` command line."""
 
+import argparse
+from collections.abc import Mapping, Sequence
 import sys
+from typing import Any
 
+from rclpy.node import Node
 from rosidl_parser.definition import AbstractSequence, Array, NamespacedType
 import yaml
 
@@ -17,7 +21,7 @@ from tools.ros_graph import (
 )
 
 
-def main(argv):
+def main(argv: Sequence[str]) -> int:
     """Run the command; return the exit code."""
     return run_command(command_parser('service', 'Look at services, and call one.', (
         ('list', show_list, 'names of all services', {}),
@@ -26,47 +30,47 @@ def main(argv):
          {'service': {}, 'type': {}, 'values': {'nargs': '?'}}))), argv)
 
 
-def show_list(node, given):
+def show_list(node: Node, given: argparse.Namespace) -> int:
     """Print the names of all services."""
-    for name, _ in sorted(settled(node, lambda: _others(node), given.timeout, bool)):
+    for name, _ in sorted(settled(node, lambda: _services(node), given.timeout, bool)):
         print(name)
     return 0
 
 
-def show_type(node, given):
+def show_type(node: Node, given: argparse.Namespace) -> int:
     """Print the type of a service."""
-    print(find(node, lambda: _others(node), given.service, given.timeout, 'service')[1])
+    print(find(node, lambda: _services(node), given.service, given.timeout, 'service')[1])
     return 0
 
 
-def show_response(node, given):
-    """Call a service and print what it answers; exit code 1 where it says `success` is false."""
-    kind = type_named(given.type)
+def show_response(node: Node, given: argparse.Namespace) -> int:
+    """Call a service and print the response; exit code 1 if its `success` is false."""
+    kind: Any = type_named(given.type)
     if not hasattr(kind, 'Request'):
         raise GraphError(f'a service must have the type of a service, got {given.type!r}')
     request = filled(kind.Request(check_fields=True), _values(given.values), given.type)
-    name, there = find(node, lambda: _others(node), given.service, given.timeout, 'service')
-    if there != given.type:
-        raise GraphError(f'service {name!r} has the type {there}, got {given.type!r}')
+    name, actual = find(node, lambda: _services(node), given.service, given.timeout, 'service')
+    if actual != given.type:
+        raise GraphError(f'service {name!r} has the type {actual}, got {given.type!r}')
     print(f'requester: making request: {request!r}\n', flush=True)
     response = call(node, kind, name, request, given.timeout)
     print(f'response:\n{response!r}\n')
     return 0 if getattr(response, 'success', True) else 1
 
 
-def _others(node):
-    """Return (name, types) of all services but those of this command's node."""
+def _services(node: Node) -> list[tuple[str, list[str]]]:
+    """Names and types of all services but those of this command's own node."""
     own = f'/{node.get_name()}/'
     return [each for each in node.get_service_names_and_types() if not each[0].startswith(own)]
 
 
-def _values(text):
+def _values(text: str | None) -> dict[str, Any]:
     """
-    Return the table that a text in YAML says.
+    Return the table that a YAML text contains.
 
     Raises
     ------
-    GraphError: if it says none.
+    GraphError: if it contains none.
 
     """
     try:
@@ -79,43 +83,44 @@ def _values(text):
     return values
 
 
-def filled(message, values, kind):
+def filled(message: Any, values: Mapping[str, Any], kind: str) -> Any:
     """
-    Return the message, which has to check its fields, with them set from a table.
+    Set fields of a message, which must check its fields, from a table; return the message.
 
-    kind: its type, for the sentence.
+    kind: its type, for the error.
 
     Raises
     ------
-    GraphError: if it has no such field, or the field cannot have that value.
+    GraphError: if there is no such field, or it cannot have that value.
 
     """
-    slots = dict(zip(message.get_fields_and_field_types(), message.SLOT_TYPES))
+    types: dict[str, str] = message.get_fields_and_field_types()
+    slots = dict(zip(types, message.SLOT_TYPES))
     for name, value in values.items():
         if name not in slots:
             raise GraphError(f'{kind} has no field {name!r}; it has '
                              f'{", ".join(slots) or "no fields"}')
         try:
-            setattr(message, name, _made(slots[name], value, kind))
-        except (AssertionError, TypeError, ValueError, OverflowError) as error:
-            if isinstance(error, GraphError):
-                raise
-            wanted = message.get_fields_and_field_types()[name]
-            raise GraphError(f'field {name} of {kind} must be {wanted}, got {value!r}') from None
+            setattr(message, name, _field_value(slots[name], value, kind))
+        except GraphError:
+            raise
+        except (AssertionError, TypeError, ValueError, OverflowError):
+            raise GraphError(
+                f'field {name} of {kind} must be {types[name]}, got {value!r}') from None
     return message
 
 
-def _made(slot, value, kind):
-    """Return a value as a field takes it: tables become messages, whole numbers doubles."""
+def _field_value(slot: Any, value: Any, kind: str) -> Any:
+    """Return a value as a field takes it: tables become messages, integers become doubles."""
     if isinstance(slot, NamespacedType):
         made = type_named('/'.join(slot.namespaced_name()))(check_fields=True)
         if not isinstance(value, dict):
             raise TypeError
         return filled(made, value, kind)
     if isinstance(slot, (AbstractSequence, Array)) and isinstance(value, list):
-        return [_made(slot.value_type, each, kind) for each in value]
-    is_number = getattr(slot, 'typename', '') in ('float', 'double')
-    if is_number and not isinstance(value, bool):
+        return [_field_value(slot.value_type, each, kind) for each in value]
+    is_float = getattr(slot, 'typename', '') in ('float', 'double')
+    if is_float and not isinstance(value, bool):
         return float(value)
     return value
 

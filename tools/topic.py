@@ -1,79 +1,86 @@
 # SPDX-License-Identifier: Apache-2.0
 """`topic list | info | echo | hz`, for machines without the `ros2` command line."""
 
+import argparse
 from collections import deque
+from collections.abc import Callable, Sequence
 import sys
 import time
+from typing import Any
 
 import rclpy
+from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.topic_endpoint_info import TopicEndpointInfo
 from rosidl_parser.definition import NamespacedType
 
-from tools.ros_graph import command_parser, find, run_command, settled, type_named
+from tools.ros_graph import (
+    command_parser,
+    find,
+    run_command,
+    settled,
+    TOPICS_OF_EVERY_NODE,
+    type_named,
+)
 
 WINDOW = 1000  # messages over which the rate is measured
-OWN = {'/parameter_events', '/rosout'}  # topics that every node has, this one too
-LONGEST = 128  # elements of an array that are printed
+ARRAY_LIMIT = 128  # elements of an array that are printed
 
 
-def main(argv):
+def main(argv: Sequence[str]) -> int:
     """Run the command; return the exit code."""
-    return run_command(_parser(), argv)
-
-
-def _parser():
-    return command_parser('topic', 'Look at topics.', (
+    return run_command(command_parser('topic', 'Look at topics.', (
         ('list', show_list, 'names of all topics', {}),
-        ('info', show_info, 'who speaks and listens on a topic, and its QoS', {'topic': {}}),
+        ('info', show_info, 'publishers and subscribers of a topic, and their QoS', {'topic': {}}),
         ('echo', show_messages, 'the messages of a topic, as YAML', {
             'topic': {},
             '--once': {'action': 'store_true', 'help': 'stop after one message'},
             '--full-length': {
                 'action': 'store_true',
-                'help': f'print arrays of more than {LONGEST} elements whole'}}),
-        ('hz', show_rate, 'messages per second of a topic', {'topic': {}})))
+                'help': f'print all elements of arrays with more than {ARRAY_LIMIT}'}}),
+        ('hz', show_rate, 'messages per second of a topic', {'topic': {}}))), argv)
 
 
-def show_list(node, given):
+def show_list(node: Node, given: argparse.Namespace) -> int:
     """Print the names of all topics."""
     for name, _ in sorted(settled(node, node.get_topic_names_and_types, given.timeout,
-                                  lambda seen: set(dict(seen)) - OWN)):
+                                  lambda seen: set(dict(seen)) - TOPICS_OF_EVERY_NODE)):
         print(name)
     return 0
 
 
-def show_info(node, given):
-    """Print the type of a topic, and every node at its two ends with its QoS."""
+def show_info(node: Node, given: argparse.Namespace) -> int:
+    """Print the type of a topic, and each of its publishers and subscribers with its QoS."""
     name, kind = _find(node, given)
     print(f'Type: {kind}')
     for title, look in (('Publisher', node.get_publishers_info_by_topic),
                         ('Subscription', node.get_subscriptions_info_by_topic)):
-        ends = settled(node, lambda: [_end(end) for end in look(name)], given.timeout,
-                       lambda seen: 'UNKNOWN' not in ''.join(seen))
-        print(f'\n{title} count: {len(ends)}')
-        for end in sorted(ends):
-            print(f'  {end}')
+        endpoints = settled(node, lambda: [_endpoint(each) for each in look(name)],
+                            given.timeout, lambda seen: 'UNKNOWN' not in ''.join(seen))
+        print(f'\n{title} count: {len(endpoints)}')
+        for each in sorted(endpoints):
+            print(f'  {each}')
     return 0
 
 
-def show_messages(node, given):
-    """Print the messages of a topic as they come."""
-    seen = []
+def show_messages(node: Node, given: argparse.Namespace) -> int:
+    """Print the messages of a topic as they are received."""
+    received: list[Any] = []
 
-    def show(message):
-        print(as_yaml(message, sys.maxsize if given.full_length else LONGEST), '---', sep='\n',
+    def on_message(msg: Any) -> None:
+        print(as_yaml(msg, sys.maxsize if given.full_length else ARRAY_LIMIT), '---', sep='\n',
               flush=True)
-        seen.append(message)
-    _subscribe(node, given, show)
-    while not (given.once and seen):
+        received.append(msg)
+    _subscribe(node, given, on_message)
+    while not (given.once and received):
         rclpy.spin_once(node)
     return 0
 
 
-def show_rate(node, given):
+def show_rate(node: Node, given: argparse.Namespace) -> int:
     """Print the messages per second of a topic, once a second."""
-    times = deque(maxlen=WINDOW)
-    _subscribe(node, given, lambda message: times.append(time.monotonic()))
+    times: deque[float] = deque(maxlen=WINDOW)
+    _subscribe(node, given, lambda msg: times.append(time.monotonic()))
     while not times:
         rclpy.spin_once(node)
     due = time.monotonic() + 1.0
@@ -85,30 +92,30 @@ def show_rate(node, given):
             print(f'{rate:.1f} messages a second, over the last {len(times)}', flush=True)
 
 
-def as_yaml(message, most, indent=''):
-    """Text of a message as `ros2 topic echo` prints it: a field a line, `most` array elements."""
+def as_yaml(msg: Any, limit: int, indent: str = '') -> str:
+    """Text of a message as `ros2 topic echo` prints it: a field a line, arrays cut at a limit."""
     lines = []
-    for (name, _), kind in zip(message.get_fields_and_field_types().items(), message.SLOT_TYPES):
-        value = getattr(message, name)
+    for name, kind in zip(msg.get_fields_and_field_types(), msg.SLOT_TYPES):
+        value = getattr(msg, name)
         if isinstance(kind, NamespacedType):
-            lines += [f'{indent}{name}:', as_yaml(value, most, indent + '  ')]
+            lines += [f'{indent}{name}:', as_yaml(value, limit, indent + '  ')]
         elif isinstance(value, (str, bytes, bool, int, float)):
             lines.append(f'{indent}{name}: {_scalar(value)}')
         else:
             lines += [f'{indent}{name}:' + ('' if len(value) else ' []'),
-                      *(_element(each, most, indent) for each in value[:most])]
-            lines += [f"{indent}- '...'"] if len(value) > most else []
+                      *(_element(each, limit, indent) for each in value[:limit])]
+            lines += [f"{indent}- '...'"] if len(value) > limit else []
     return '\n'.join(lines)
 
 
-def _element(value, most, indent):
+def _element(value: Any, limit: int, indent: str) -> str:
     """Text of an element of an array, which may be a message."""
     if not hasattr(value, 'get_fields_and_field_types'):
         return f'{indent}- {_scalar(value)}'
-    return f'{indent}- ' + as_yaml(value, most, indent + '  ').lstrip()
+    return f'{indent}- ' + as_yaml(value, limit, indent + '  ').lstrip()
 
 
-def _scalar(value):
+def _scalar(value: Any) -> Any:
     if isinstance(value, bytes):
         return value[0]
     if isinstance(value, bool):
@@ -116,10 +123,13 @@ def _scalar(value):
     return repr(value) if isinstance(value, str) and not value.isidentifier() else value
 
 
-def _subscribe(node, given, callback):
-    """Subscribe with the QoS that its publishers offer, so that latched messages come too."""
+def _subscribe(node: Node, given: argparse.Namespace, callback: Callable[[Any], None]) -> None:
+    """Subscribe with the QoS that the publishers offer, so that latched messages arrive too."""
     name, kind = _find(node, given)
-    offers = _offers(node, name, given.timeout)
+    end = time.monotonic() + given.timeout  # subscribers can be found before publishers
+    while not node.get_publishers_info_by_topic(name) and time.monotonic() < end:
+        rclpy.spin_once(node, timeout_sec=0.05)
+    offers = [each.qos_profile for each in node.get_publishers_info_by_topic(name)]
     latched = bool(offers) and all(
         qos.durability == DurabilityPolicy.TRANSIENT_LOCAL for qos in offers)
     reliable = all(qos.reliability == ReliabilityPolicy.RELIABLE for qos in offers)
@@ -129,23 +139,14 @@ def _subscribe(node, given, callback):
         reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT))
 
 
-def _offers(node, name, seconds):
-    """Return the QoS of all publishers; who listens can be found before who speaks."""
-    end = time.monotonic() + seconds
-    while not node.get_publishers_info_by_topic(name) and time.monotonic() < end:
-        rclpy.spin_once(node, timeout_sec=0.05)
-    return [each.qos_profile for each in node.get_publishers_info_by_topic(name)]
-
-
-def _find(node, given):
-    """(name, type) of a topic; raises GraphError if nobody speaks or listens there."""
+def _find(node: Node, given: argparse.Namespace) -> tuple[str, str]:
     return find(node, node.get_topic_names_and_types, given.topic, given.timeout, 'topic')
 
 
-def _end(end):
-    """Return one end of a topic as text: its node, and the QoS that counts."""
-    qos = end.qos_profile
-    return (f'{end.node_namespace.rstrip("/")}/{end.node_name}: '
+def _endpoint(info: TopicEndpointInfo) -> str:
+    """Return a publisher or subscriber as text: its node, and its QoS."""
+    qos = info.qos_profile
+    return (f'{info.node_namespace.rstrip("/")}/{info.node_name}: '
             f'{qos.reliability.name.lower()}, {qos.durability.name.lower()}')
 
 

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Everything that is claimed to be fast, measured side by side; nothing else imports this room."""
+"""Benchmarks, each beside something to compare with: `scripts/benchmark`, docs/performance.md."""

@@ -1,71 +1,75 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One of three processes that only pass messages on: the least that a loop over topics costs."""
+"""A process of the empty ring: three of them pass messages on and compute nothing."""
 
+from collections.abc import Callable, Sequence
 from pathlib import Path
 import sys
+from typing import Any
 
 import rclpy
 from rclpy.experimental import EventsExecutor
+from rclpy.publisher import Publisher
 from rclpy.signals import SignalHandlerOptions
 
-from comply_ros.nodes.spin import POLL_PERIOD
 from comply_ros.nodes.topics import ACTION, RECOMMENDATION, STATE
-from comply_ros.terminal.interrupts import end_with_parent, interrupts
-from tools.benchmarks.step_times import Stamps
+from comply_ros.terminal.interrupts import end_with_parent, interrupts, StopFlag
+from tools.benchmarks.step_times import StepTimes
 
-HEARS_AND_SAYS = {'world': (ACTION, STATE), 'mentor': (STATE, RECOMMENDATION),
-                  'learner': (RECOMMENDATION, ACTION)}
+SUBSCRIBES_AND_PUBLISHES = {'world': (ACTION, STATE), 'mentor': (STATE, RECOMMENDATION),
+                            'learner': (RECOMMENDATION, ACTION)}
+SPIN_TIMEOUT = 0.1  # seconds between checks for Ctrl-C
 
 
-def passes_on(publisher, message, note):
-    """Return a callback that publishes the message, with run and turn of what it hears."""
+def forward(publisher: Publisher, message: Any) -> Callable[[Any], None]:
+    """Return a callback that publishes the message with the run and step id that it received."""
     publish = publisher.publish
 
-    def pass_on(msg):
-        note()
+    def on_message(msg: Any) -> None:
         message.run, message.episode, message.step = msg.run, msg.episode, msg.step
         publish(message)
-    return pass_on
+    return on_message
 
 
-def leads_on(publisher, message, note):
-    """Return a callback of the first in the ring, which counts the turns."""
+def count_up(publisher: Publisher, message: Any,
+             record: Callable[[], None]) -> Callable[[Any], None]:
+    """Return the callback of the world: it records the time and publishes the next step id."""
     publish = publisher.publish
 
-    def lead_on(msg):
-        note()
+    def on_message(msg: Any) -> None:
+        record()
         message.run, message.episode, message.step = msg.run, msg.episode, msg.step + 1
         publish(message)
-    return lead_on
+    return on_message
 
 
-def spin(role, note, stop):
-    """Pass on until it is interrupted."""
-    hears, says = HEARS_AND_SAYS[role]
+def spin(role: str, times: StepTimes, stop: StopFlag) -> None:
+    """Pass messages on until the process is interrupted."""
+    source, target = SUBSCRIBES_AND_PUBLISHES[role]
     node = rclpy.create_node(role)
-    publisher, message = node.create_publisher(says.message, says.name, says.qos), says.message()
-    make = leads_on if role == 'world' else passes_on
-    node.create_subscription(hears.message, hears.name, make(publisher, message, note), hears.qos)
+    publisher = node.create_publisher(target.message, target.name, target.qos)
+    message = target.message()
+    callback = (count_up(publisher, message, times.record) if role == 'world'
+                else forward(publisher, message))
+    node.create_subscription(source.message, source.name, callback, source.qos)
     if role == 'world':
         publisher.publish(message)
     executor = EventsExecutor()
     executor.add_node(node)
     while not stop.is_set():
-        executor.spin_once(timeout_sec=POLL_PERIOD)
+        executor.spin_once(timeout_sec=SPIN_TIMEOUT)
 
 
-def main(argv):
-    """Run one of the three; return the exit code. argv: name, parent, folder, role, ROS."""
+def main(argv: Sequence[str]) -> int:
+    """Run one process; return the exit code. argv: name, parent, folder, role, ROS arguments."""
     _, parent, folder, role, *arguments = argv
     end_with_parent(int(parent))
-    stamps = Stamps(Path(folder))
-    note = stamps.note if role == 'world' else lambda: None
+    times = StepTimes(Path(folder))
     with interrupts() as stop:
         rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
-        spin(role, note, stop)
+        spin(role, times, stop)
         rclpy.try_shutdown()
     if role == 'world':
-        stamps.write()
+        times.write()
     return 0
 
 

@@ -1,138 +1,134 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The engine: steps per second of every method in process, against other ways to write it."""
+"""Training in process: steps per second of every method, beside other ways to write it."""
 
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 import os
 import signal
 import time
+from typing import Any
 
+from comply_ros.learner.learner_config import LearnerConfig
 from comply_ros.learner.presets import METHODS
 from comply_ros.learner.training import Training
-from comply_ros.storage.kernel_cache import use_kernel_cache
 from comply_ros.storage.map_files import read_map
 from comply_ros.storage.mentor_cache import mentor_policy, read_mentor_spec
 from comply_ros.world.mdp import World
 from tools.benchmarks.c_loop import CLoop, compiler
-from tools.benchmarks.interleave import ratios, Row
-from tools.benchmarks.other_libraries import missing, Mushroom, NumpyLoop
+from tools.benchmarks.interleave import Bench, ratios, Row
+from tools.benchmarks.other_libraries import import_error, Mushroom, NumpyLoop
 
 MAP, PROFILE, MENTOR = 'maze', 'published', 'noisy:0.3'
 ROWS = METHODS[PROFILE]
 C, GYMNASIUM, MUSHROOM = 'C, -O3', 'Gymnasium and numpy', 'MushroomRL'
 ONE, ALL = 'one core', 'all cores'
-ALL_GOAL_ON_TWO = 1.8
+GOAL_ON_TWO_CORES = 1.8
 GOALS = {MUSHROOM: 300.0, GYMNASIUM: 100.0, C: 0.6}
 INSTALL = 'scripts/python -m pip install --no-deps -r requirements/benchmark.txt'
+# The name of a method, or (name of another program, name of a method).
+Candidate = str | tuple[str, str]
 
 
-class Lesson:
-    """Whole runs of a row of `METHODS` in process, as `train` does them."""
+class TimedTraining:
+    """A row of `METHODS` that is trained again and again, as `train` does, and timed."""
 
-    def __init__(self, name, world=None, method=None, mentor=MENTOR):
+    def __init__(self, name: str, world: World | None = None,
+                 config: LearnerConfig | None = None, mentor: str = MENTOR) -> None:
         self.world = world or World(read_map(MAP, PROFILE))
-        self._method = method or ROWS[name]
+        self._config = config or ROWS[name]
         self._advice = mentor_policy(read_mentor_spec(mentor), self.world, 0)
-        self._training, self._seed = None, 0
-        self._begin()
+        self._seed = 0
+        self._restart()
 
-    def rate(self, seconds, clock=time.thread_time):
+    def rate(self, seconds: float, clock: Callable[[], float] = time.thread_time,
+             whole: bool = False) -> float:
         """
-        Return the steps per second over whole iterations that take at least so long.
+        Return the steps per second over iterations that together take at least so long.
 
-        clock: of this thread's processor time, which other work on the machine does not change.
+        clock: processor time of this thread, which other work on the machine does not change.
+        whole: whether to time whole trainings, from the first iteration to the last.
         """
         steps, spent = 0, 0.0
         while spent < seconds:
-            if self._training.iterations_done == self._method.iterations:
-                self._begin()
-            begin = clock()
-            steps += self._training.iterate().steps
-            spent += clock() - begin
+            if whole or self._training.iterations_done == self._config.iterations:
+                self._restart()
+            start = clock()
+            for _ in range(self._config.iterations if whole else 1):
+                steps += self._training.iterate().steps
+            spent += clock() - start
         return steps / spent
 
-    def _begin(self):
-        self._training = Training(self.world, self._advice, self._method, self._seed)
+    def _restart(self) -> None:
+        self._training = Training(self.world, self._advice, self._config, self._seed)
         self._seed += 1
 
 
-class WholeRuns(Lesson):
-    """The same, always from the first iteration to the last."""
-
-    def rate(self, seconds, clock=time.thread_time):
-        """Return the steps per second over whole runs that take at least so long together."""
-        steps, spent = 0, 0.0
-        while spent < seconds:
-            self._begin()
-            begin = clock()
-            steps += sum(self._training.iterate().steps for _ in range(self._method.iterations))
-            spent += clock() - begin
-        return steps / spent
-
-
-def measured(bench):
-    """Return the rows of the engine, and the raw figures: steps per second."""
+def measure_engine(bench: Bench) -> tuple[list[Row], dict[str, list[float]]]:
+    """Rows of the section `engine`, and the steps per second that they come from."""
     seconds = 0.02 if bench.quick else 0.4
-    lessons = {name: WholeRuns(name) for name in ROWS}
-    others = {(peer, name): made(lessons[name].world, ROWS[name])
-              for peer, name, made in peers(bench)}
-    contestants = {**lessons, **others}
-    rates = bench.interleave('engine', {
-        key: lambda each=each: each.rate(seconds) for key, each in contestants.items()})
-    cores = on_all_cores(bench, 5 * seconds)
-    rows = [*rows_of(rates), Row(f'{ALL} ({os.cpu_count()} processes) / {ONE}', ratios(
-        cores[ALL], cores[ONE]), ALL_GOAL_ON_TWO * os.cpu_count() / 2)]
-    return rows, {**{' '.join(key) if isinstance(key, tuple) else key: each
+    trainings = {name: TimedTraining(name) for name in ROWS}
+    candidates: dict[Candidate, Callable[[], float]] = {
+        name: lambda each=each: each.rate(seconds, whole=True)
+        for name, each in trainings.items()}
+    for program, name, make in available_programs(bench):
+        loop = make(trainings[name].world, ROWS[name])
+        candidates[program, name] = lambda loop=loop: loop.rate(seconds)
+    rates = bench.interleave('engine', candidates)
+    cores = rates_on_cores(bench, 5 * seconds)
+    rows = [*rate_rows(rates), Row(
+        f'{ALL} ({os.cpu_count()} processes) / {ONE}', ratios(cores[ALL], cores[ONE]),
+        GOAL_ON_TWO_CORES * (os.cpu_count() or 1) / 2)]
+    return rows, {**{key if isinstance(key, str) else ' '.join(key): each
                      for key, each in rates.items()}, **cores}
 
 
-def peers(bench):
-    """Yield who is there to be compared with: peer, row and how it is made; note who is not."""
+def available_programs(bench: Bench) -> Iterator[tuple[str, str, Callable[..., Any]]]:
+    """Yield (program, method, how it is made) of others that are installed; note the rest."""
     if compiler():
-        yield C, 'sarsa', lambda world, row: CLoop(world, row, bench.folder)
+        yield C, 'sarsa', lambda world, config: CLoop(world, config, bench.folder)
     else:
         bench.notes.append(f'{C}: left out, there is no cc: sudo apt install build-essential')
-    for peer, package, make, names in (
+    for program, package, make, names in (
             (GYMNASIUM, 'gymnasium', NumpyLoop, ('sarsa',)),
             (MUSHROOM, 'mushroom_rl.algorithms.value', Mushroom, ('sarsa', 'sarsa_lambda'))):
-        reason = missing(package)
+        reason = import_error(package)
         if reason:
-            bench.notes.append(f'{peer}: left out ({reason}): {INSTALL}')
+            bench.notes.append(f'{program}: left out ({reason}): {INSTALL}')
             continue
         for name in names:
-            yield peer, name, make
+            yield program, name, make
 
 
-def rows_of(rates):
-    """Rows of `rates[name]` and `rates[peer, name]`: against the peers, then million steps/s."""
-    for key in rates:
-        if isinstance(key, tuple):
-            peer, name = key
-            yield Row(f'{name} / {peer}', ratios(rates[name], rates[key]), GOALS[peer])
+def rate_rows(rates: Mapping[Candidate, Sequence[float]]) -> Iterator[Row]:
+    """Rows of `rates[candidate][round]`: ratios to other programs, then million steps/s."""
+    for key, each in rates.items():
+        if not isinstance(key, str):
+            program, name = key
+            yield Row(f'{name} / {program}', ratios(rates[name], each), GOALS[program])
     for key, each in rates.items():
         if isinstance(key, str):
             yield Row(f'{key}, million steps/s', [rate / 1e6 for rate in each])
 
 
-_here = {}  # of a worker process: its lesson
+_training: dict[str, TimedTraining] = {}  # of a worker process
 
 
-def _prepare():
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the one that waits for it
-    use_kernel_cache()
-    _here['lesson'] = WholeRuns('beta_implicit')
+def _init_worker() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is handled by the parent
+    _training['worker'] = TimedTraining('beta_implicit')
 
 
-def _rate(seconds):
-    return _here['lesson'].rate(seconds, time.perf_counter)
+def _worker_rate(seconds: float) -> float:
+    return _training['worker'].rate(seconds, time.perf_counter, whole=True)
 
 
-def on_all_cores(bench, seconds):
-    """Return the figures of one process, and of one on each core at the same time."""
-    cores = os.cpu_count()
-    with ProcessPoolExecutor(cores, get_context('spawn'), _prepare) as pool:
-        list(pool.map(_rate, [0.001] * 4 * cores))  # all have begun
+def rates_on_cores(bench: Bench, seconds: float) -> dict[str, list[float]]:
+    """Measure the steps per second of one process, and of one on each core at the same time."""
+    cores = os.cpu_count() or 1
+    with ProcessPoolExecutor(cores, get_context('spawn'), _init_worker) as pool:
+        list(pool.map(_worker_rate, [0.001] * 4 * cores))  # all workers have started
 
-        def with_processes(count):
-            return lambda: sum(pool.map(_rate, [seconds] * count))
-        return bench.interleave('all cores', {ONE: with_processes(1), ALL: with_processes(cores)})
+        def rate_of(processes: int) -> Callable[[], float]:
+            return lambda: sum(pool.map(_worker_rate, [seconds] * processes))
+        return bench.interleave('all cores', {ONE: rate_of(1), ALL: rate_of(cores)})

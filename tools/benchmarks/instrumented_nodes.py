@@ -1,94 +1,102 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Our nodes, as they are but for one choice that a user could make otherwise, and a clock."""
+"""Our nodes with a clock, and with one thing changed that a user could choose otherwise."""
 
+from collections.abc import Callable, Sequence
 from importlib import import_module
 from pathlib import Path
 import sys
+from typing import Any
 
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.experimental import EventsExecutor
+from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 
 from comply_ros.nodes import cost_throttle, spin, topics
 from comply_ros.protocol.grid_world import GridWorld
 from comply_ros.protocol.messages import StateReward
-from comply_ros.storage.kernel_cache import use_kernel_cache
 from comply_ros.terminal.interrupts import end_with_parent, interrupts
-from tools.benchmarks.callback_timer import Stopwatch
-from tools.benchmarks.step_times import Stamps
+from tools.benchmarks.callback_timer import CallbackTimer
+from tools.benchmarks.empty_ring import SPIN_TIMEOUT
+from tools.benchmarks.step_times import StepTimes
 
-CLASSES = {'grid_world': 'GridWorld', 'mentor': 'Mentor', 'learner': 'Learner'}
-LOOP = ('STATE', 'RECOMMENDATION', 'ACTION')
-
-
-def use_the_default_executor():
-    """Change how nodes spin: as `rclpy.spin` does."""
-    spin.EventsExecutor = SingleThreadedExecutor
+CLASSES = {'grid_world': 'GridWorldNode', 'mentor': 'MentorNode', 'learner': 'LearnerNode'}
+LOOP_TOPICS = ('STATE', 'RECOMMENDATION', 'ACTION')
 
 
-def use_best_effort():
-    """Change the three topics of the loop: what is lost is not sent again, nothing is latched."""
+def use_default_executor() -> None:
+    """Spin nodes as `rclpy.spin` does."""
+    setattr(spin, 'EventsExecutor', SingleThreadedExecutor)
+
+
+def use_best_effort() -> None:
+    """Make the three topics of the loop best effort and volatile."""
     qos = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT,
                      durability=DurabilityPolicy.VOLATILE)
-    for name in LOOP:
+    for name in LOOP_TOPICS:
         setattr(topics, name, getattr(topics, name)._replace(qos=qos))
 
 
-def use_maps_at_any_cost():
-    """Change when maps over all states come: whatever the last ones have cost."""
-    cost_throttle.TIMES = 0
+def use_unthrottled_maps() -> None:
+    """Publish maps over all states however much the last ones cost."""
+    setattr(cost_throttle, 'TIMES', 0)
 
 
-CHOICES = {'default_executor': use_the_default_executor, 'best_effort': use_best_effort,
-           'maps_at_any_cost': use_maps_at_any_cost}
+VARIANTS = {'default_executor': use_default_executor, 'best_effort': use_best_effort,
+            'unthrottled_maps': use_unthrottled_maps}
+TIMED = 'timed'  # the variant that writes the times of the parts of its callbacks
 
 
-def timed(hear, note):
-    """Return hear as a world calls it, that notes the steps and beginnings it brings about."""
-    def on_action(self, msg):
-        outputs = hear(self, msg)
+def recorded(on_action: Callable[[Any, Any], Any],
+             record: Callable[[bool], None]) -> Callable[[Any, Any], Any]:
+    """Return `GridWorld.on_action` that also records the steps and the starts of episodes."""
+    def on_recorded_action(self: GridWorld, msg: Any) -> Any:
+        outputs = on_action(self, msg)
         if outputs and type(outputs[-1]) is StateReward:
-            note(outputs[-1].step == 0)
+            record(outputs[-1].step == 0)
         return outputs
-    return on_action
+    return on_recorded_action
 
 
-def spin_together(makers, argv):
-    """Spin several nodes on one executor until they are interrupted."""
+def spin_together(makers: Sequence[Callable[[], Node]], argv: Sequence[str]) -> None:
+    """Spin several nodes on one executor until the process is interrupted."""
     with interrupts() as stop:
-        rclpy.init(args=argv, signal_handler_options=SignalHandlerOptions.NO)
+        rclpy.init(args=list(argv), signal_handler_options=SignalHandlerOptions.NO)
         executor, nodes = EventsExecutor(), [make() for make in makers]
         for node in nodes:
             executor.add_node(node)
         while not stop.is_set():
-            executor.spin_once(timeout_sec=spin.POLL_PERIOD)
+            executor.spin_once(timeout_sec=SPIN_TIMEOUT)
         rclpy.try_shutdown()
 
 
-def main(argv):
-    """Run nodes; return the exit code. argv: name, parent, folder, NODE+NODE,CHOICE, ROS."""
-    _, parent, folder, words, *arguments = argv
+def main(argv: Sequence[str]) -> int:
+    """
+    Run nodes; return the exit code.
+
+    argv: name, parent, folder, NODE+NODE,VARIANT,VARIANT, ROS arguments.
+    """
+    _, parent, folder, selection, *arguments = argv
     end_with_parent(int(parent))
-    use_kernel_cache()
-    names, *choices = words.split(',')
-    for choice in set(choices) & set(CHOICES):
-        CHOICES[choice]()
-    stopwatch = Stopwatch(Path(folder), names) if 'profiled' in choices else None
+    names, *variants = selection.split(',')
+    for variant in set(variants) & set(VARIANTS):
+        VARIANTS[variant]()
+    timer = CallbackTimer(Path(folder) / f'{names}.json') if TIMED in variants else None
     makers = [getattr(import_module(f'comply_ros.nodes.{name}'), CLASSES[name])
               for name in names.split('+')]
-    stamps = Stamps(Path(folder))
+    times = StepTimes(Path(folder))
     if 'grid_world' in names:
-        GridWorld.on_action = timed(GridWorld.on_action, stamps.note)
+        setattr(GridWorld, 'on_action', recorded(GridWorld.on_action, times.record))
     if len(makers) > 1:
         spin_together(makers, arguments)
     else:
         spin.run_node(makers[0], [names, *arguments], ())
     if 'grid_world' in names:
-        stamps.write()
-    if stopwatch:
-        stopwatch.write()
+        times.write()
+    if timer:
+        timer.write()
     return 0
 
 

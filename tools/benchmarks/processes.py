@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Loops over topics in processes of their own: started, measured for a while, and ended."""
+"""Loops over topics: their processes are started, measured for a while, and ended."""
 
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager
 import os
 from pathlib import Path
@@ -9,121 +10,125 @@ import signal
 import subprocess
 import sys
 import time
+from typing import Any
 
 import numpy as np
 import yaml
 
-import comply_ros
-from tools.benchmarks.step_times import BEGUN, pace, STAMPS
+from tools.benchmarks.interleave import BenchmarkError
+from tools.benchmarks.step_times import loop_speed, LoopSpeed, TIMES_FILE, WARM_FILE
 
-TOP = Path(comply_ros.__file__).parents[1]
-DEADLINE, PATIENCE, LOOK = 120.0, 10.0, 0.005  # seconds: to begin, to end, between two looks
-RING = [['ring', 'world'], ['ring', 'mentor'], ['ring', 'learner']]
+ROOT = Path(__file__).parents[2]
+START_TIMEOUT, END_TIMEOUT, POLL_PERIOD = 120.0, 10.0, 0.005  # seconds
 NODES = 'grid_world', 'mentor', 'learner'
+# A member of a loop: the module that is run, and what it is given.
+Members = Sequence[tuple[str, ...]]
+RING: Members = [('empty_ring', 'world'), ('empty_ring', 'mentor'), ('empty_ring', 'learner')]
 
 
-class BenchmarkError(RuntimeError):
-    """A measuring that cannot be; the message says why, with what was printed last."""
+def three_processes(*variants: str) -> Members:
+    """Members of a loop of the three nodes, each in a process."""
+    return [('instrumented_nodes', name, *variants) for name in NODES]
 
 
-def real(*variants):
-    """Return who takes part in a loop of the three nodes, each in a process, in a variant."""
-    return [['real', name, *variants] for name in NODES]
+def one_process(*variants: str) -> Members:
+    """Members of a loop of the three nodes in one process."""
+    return [('instrumented_nodes', '+'.join(NODES), *variants)]
 
 
-def together(*variants):
-    """Return who takes part in a loop of the three nodes in one process."""
-    return [['real', '+'.join(NODES), *variants]]
-
-
-def nodes_file(folder, world=(), mentor=(), learner=()):
-    """Write the parameters of the three nodes of a measuring; return the path of the file."""
-    tables = zip(NODES, (
-        {'map': 'maze', **dict(world)}, {'mentor': 'noisy:0.3', **dict(mentor)},
-        {'method': 'beta_implicit', 'measuring_iterations': 0, 'iterations': 0, **dict(learner)}))
+def write_parameters(folder: Path, world: Mapping[str, Any] | None = None,
+                     mentor: Mapping[str, Any] | None = None,
+                     learner: Mapping[str, Any] | None = None) -> Path:
+    """Write a parameter file for the three nodes; return its path."""
+    tables = {
+        'grid_world': {'map': 'maze', **(world or {})},
+        'mentor': {'mentor': 'noisy:0.3', **(mentor or {})},
+        'learner': {'method': 'beta_implicit', 'measuring_iterations': 0, 'iterations': 0,
+                    **(learner or {})}}
+    folder.mkdir(exist_ok=True)
     path = folder / 'parameters.yaml'
     path.write_text(yaml.safe_dump({f'/**/{name}': {'ros__parameters': table}
-                                    for name, table in tables}))
+                                    for name, table in tables.items()}))
     return path
 
 
 @contextmanager
-def running(folder, members, parameters=None):
-    """Run members as processes that end with the block, the one that leads the loop first."""
+def running(folder: Path, members: Members,
+            parameters: Path | None = None) -> Generator[list[subprocess.Popen]]:
+    """Run a loop, the world first; its processes end with the block."""
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     arguments = ['--ros-args', '-r', f'__ns:=/benchmark_{os.getpid()}']
     if parameters:
         arguments += ['--params-file', str(parameters)]
-    started = []
+    environment = {**os.environ, 'PYTHONPATH': f'{ROOT}:{os.environ.get("PYTHONPATH", "")}'}
+    started: list[subprocess.Popen] = []
     try:
-        for number, (module, *words) in enumerate(members):
-            started.append(_start(folder, f'{number}.log', [
-                f'comply_ros.benchmarks.{module}', str(os.getpid()), str(folder),
-                ','.join(words), *arguments]))
+        for number, (module, *selection) in enumerate(members):
+            with (folder / f'{number}.log').open('wb') as log:
+                started.append(subprocess.Popen(
+                    [sys.executable, '-m', f'tools.benchmarks.{module}', str(os.getpid()),
+                     str(folder), ','.join(selection), *arguments], stdout=log,
+                    stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL, start_new_session=True,
+                    env=environment))
         yield started
     finally:
         for process in started:
             end(process)
 
 
-def _start(folder, log, words):
-    with (folder / log).open('wb') as output:
-        return subprocess.Popen(
-            [sys.executable, '-m', *words], stdout=output, stderr=subprocess.STDOUT,
-            stdin=subprocess.DEVNULL, start_new_session=True,
-            env={**os.environ, 'PYTHONPATH': f'{TOP}:{os.environ.get("PYTHONPATH", "")}'})
-
-
-def end(process):
-    """Interrupt a process and wait for its end; one that does not end in time is killed."""
+def end(process: subprocess.Popen) -> None:
+    """Interrupt a process and wait for its end; kill it if it does not end in time."""
     if process.poll() is None:
         process.send_signal(signal.SIGINT)
     try:
-        process.wait(PATIENCE)
+        process.wait(END_TIMEOUT)
     except subprocess.TimeoutExpired:
         process.kill()
         process.wait()
 
 
-def wait_until(condition, what, alive=lambda: None):
+def wait_until(condition: Callable[[], object], what: str,
+               check: Callable[[], object] = lambda: None) -> None:
     """
-    Return as soon as a condition holds; alive is called meanwhile, and may raise.
+    Return as soon as a condition holds; `check` is called meanwhile, and may raise.
 
     Raises
     ------
-    BenchmarkError: after the deadline.
+    BenchmarkError: after `START_TIMEOUT`.
 
     """
-    deadline = time.monotonic() + DEADLINE
+    deadline = time.monotonic() + START_TIMEOUT
     while not condition():
-        alive()
+        check()
         if time.monotonic() > deadline:
-            raise BenchmarkError(f'{what} must come within {DEADLINE:.0f} s, and did not')
-        time.sleep(LOOK)
+            raise BenchmarkError(f'there must be {what} within {START_TIMEOUT:.0f} s, '
+                                 'and there is none')
+        time.sleep(POLL_PERIOD)
 
 
-def warm(folder, processes):
+def wait_until_warm(folder: Path, processes: Sequence[subprocess.Popen]) -> None:
     """
     Return when the loop is warm.
 
     Raises
     ------
-    BenchmarkError: if one of the processes ends before.
+    BenchmarkError: if one of its processes ends before.
 
     """
-    def alive():
+    def check() -> None:
         for number, process in enumerate(processes):
             if process.poll() is not None:
-                msg = (folder / f'{number}.log').read_text(errors='replace')
+                log = (folder / f'{number}.log').read_text(errors='replace')
                 raise BenchmarkError(f'process {number} of the loop ended with '
-                                     f'{process.returncode}: {msg[-1500:]}')
-    wait_until((folder / BEGUN).exists, 'a loop over topics', alive)
+                                     f'{process.returncode}: {log[-1500:]}')
+    wait_until((folder / WARM_FILE).exists, 'a loop over topics', check)
 
 
-def measure(folder, members, seconds, parameters=None):
-    """Return the `Pace` of a loop, measured for so many seconds from when it is warm."""
+def measure(folder: Path, members: Members, seconds: float,
+            parameters: Path | None = None) -> LoopSpeed:
+    """Return the speed of a loop, measured for some seconds after its warm-up."""
     with running(folder, members, parameters) as processes:
-        warm(folder, processes)
-        time.sleep(seconds)  # what is measured is how much happens meanwhile
-    return pace(np.fromfile(folder / STAMPS, dtype=np.int64))
+        wait_until_warm(folder, processes)
+        time.sleep(seconds)  # the loop runs meanwhile
+    return loop_speed(np.fromfile(folder / TIMES_FILE, dtype=np.int64))

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* SARSA (2.15) with a softmax (2.24) on the arrays of a grid world, as plain C as it gets.
+/* SARSA (2.15) with a softmax (2.24) on the arrays of a grid world, in plain C.
 
-   Random numbers: xorshift64*, one state word, started by splitmix64. */
+   Random numbers: xorshift64*, with one word of state that splitmix64 seeds. */
 
 #include <math.h>
 #include <stdint.h>

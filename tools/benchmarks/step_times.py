@@ -1,71 +1,75 @@
 # SPDX-License-Identifier: Apache-2.0
-"""When each step over topics was taken, noted where the world hears the action."""
+"""The time of each step of a loop over topics, recorded where the world receives the action."""
 
+from pathlib import Path
 from statistics import median
 import time
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-WARM = 300  # steps before the measuring begins: everybody has found everybody
-BEGUN, STAMPS = 'begun', 'stamps.bin'
+WARM_UP = 300  # steps that are not counted: until then all nodes have found each other
+WARM_FILE, TIMES_FILE = 'warm', 'step_times.bin'
 
 
-class Stamps:
+class StepTimes:
     """
-    Notes moments in memory and writes them at the end, so that the loop does not wait for a disk.
+    Records times in memory and writes them at the end, so that the loop never waits for a disk.
 
     Parameters
     ----------
-    folder: `Path` for the file; another one, `begun`, is made there when the loop is warm.
+    folder: for the file of times, and for an empty file that appears when the loop is warm.
 
     """
 
-    def __init__(self, folder, warm=WARM):
-        self._folder, self._warm, self._moments = folder, warm, []
+    def __init__(self, folder: Path, warm_up: int = WARM_UP) -> None:
+        self._folder, self._warm_up = folder, warm_up
+        self._times: list[int] = []
 
-    def note(self, begins=False):
-        """Note a step that is taken now, or an episode that begins."""
-        moments = self._moments
-        moments.append(-time.monotonic_ns() if begins else time.monotonic_ns())
-        if len(moments) == self._warm:
-            (self._folder / BEGUN).touch()
+    def record(self, is_start: bool = False) -> None:
+        """Record a step, or the start of an episode."""
+        times = self._times
+        times.append(-time.monotonic_ns() if is_start else time.monotonic_ns())
+        if len(times) == self._warm_up:
+            (self._folder / WARM_FILE).touch()
 
-    def write(self):
-        """Write all moments since the loop was warm, in nanoseconds; of a beginning negative."""
-        np.array(self._moments[self._warm:], dtype=np.int64).tofile(self._folder / STAMPS)
+    def write(self) -> None:
+        """Write all times after the warm-up, in nanoseconds; those of a start are negative."""
+        np.array(self._times[self._warm_up:], dtype=np.int64).tofile(self._folder / TIMES_FILE)
 
 
-class Pace(NamedTuple):
+class LoopSpeed(NamedTuple):
     """
-    How fast a loop goes.
+    The speed of a loop.
 
     Attributes
     ----------
-    rate: steps per second. episodes: that began. median, late: of the time from one step to the
-    next, and what 99 % of them stay below, in microseconds.
+    rate: steps per second.
+    episodes: started.
+    median, percentile_99: of the time from one step to the next, in microseconds.
 
     """
 
     rate: float
     episodes: int
     median: float
-    late: float
+    percentile_99: float
 
 
-def pace(moments):
+def loop_speed(times: NDArray[np.int64]) -> LoopSpeed:
     """
-    `Pace` of `Stamps.write`.
+    `LoopSpeed` of what `StepTimes.write` wrote.
 
     Raises
     ------
-    ValueError: if there are fewer than two steps.
+    ValueError: for fewer than two steps.
 
     """
-    steps = np.abs(moments)[moments > 0]
+    steps = np.abs(times)[times > 0]
     if len(steps) < 2:
-        raise ValueError(f'a pace needs at least 2 steps, got {len(steps)}')
-    seconds = (abs(int(moments[-1])) - abs(int(moments[0]))) / 1e9
-    times = np.diff(np.abs(moments)) / 1e3
-    return Pace((len(steps) - int(moments[0] > 0)) / seconds, int((moments < 0).sum()),
-                float(median(times)), float(np.percentile(times, 99)))
+        raise ValueError(f'the speed of a loop needs at least 2 steps, got {len(steps)}')
+    seconds = (abs(int(times[-1])) - abs(int(times[0]))) / 1e9
+    intervals = np.diff(np.abs(times)) / 1e3
+    return LoopSpeed((len(steps) - int(times[0] > 0)) / seconds, int((times < 0).sum()),
+                     float(median(intervals)), float(np.percentile(intervals, 99)))
