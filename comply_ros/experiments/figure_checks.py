@@ -80,7 +80,8 @@ def check_greedy_curve(results: Results, figure: Figure) -> Verdict:
 def check_constant(results: Results, figure: Figure) -> Verdict:
     """Check that the learner ends at the return of its mentor."""
     (run,) = figure.runs.values()
-    mentor, end = mentor_return(run) or 0.0, results.end_of(run)
+    mentor, end = mentor_return(run), results.end_of(run)
+    assert mentor is not None  # a constant learner has a mentor
     return Verdict(abs(mentor - end) < 0.3, f'it ends at {end:.2f}; the mentor itself has '
                    f'{mentor:.2f}')
 
@@ -89,7 +90,8 @@ def check_loops(results: Results, figure: Figure) -> Verdict:
     """Check that the mentor's return is below 0."""
     run = figure.runs['mentor']
     wrong = results.wrong(run).sum() / results.world(figure.map).free.sum()
-    value = mentor_return(run) or 0.0
+    value = mentor_return(run)
+    assert value is not None
     return Verdict(value < 0, f'return {value:.1f}; wrong in {wrong:.0%} of the states')
 
 
