@@ -79,7 +79,7 @@ def test_pauses_and_steps_change_no_bit(tmp_path, ask, expected):
         ask.until(lambda: ask.received['action'], 'action')
         refused = ask.trigger('grid_world/step')
         assert not refused.success
-        assert refused.message == 'a step must be from a pause, and this world runs'
+        assert refused.message == 'a step needs a paused world, and this one runs'
         for _ in range(3):
             paused = ask.pause()
             assert paused.success and paused.message == 'is paused'
@@ -122,7 +122,7 @@ def test_after_a_pause_and_two_resets_it_is_a_fresh_start(tmp_path, ask, expecte
         again = ask.until(lambda: [each for each in ask.received['progress']
                                    if each.run == after.run][5:], 'progress')
         assert again[0].finished
-        assert 'refused' not in ''.join(node.log.read_text() for node in started.values())
+        assert 'rejected' not in ''.join(node.log.read_text() for node in started.values())
 
 
 def test_a_learner_that_has_finished_learns_again_after_the_resets(tmp_path, ask, expected):
@@ -170,12 +170,12 @@ def digest_after_change(tmp_path, ask, kills, **changes):
             if kills:
                 kill(started['learner'])
                 started['learner'].start()
-                wait_until(log_has(started['learner'], 'goes on after'), 'learner again')
+                wait_until(log_has(started['learner'], 'continues after'), 'learner again')
                 for name, value in changes.items():
                     assert ask.get('learner', name) == value
             ask.pause(False)
             digest = wait_for_digest(started, ask)
-            assert 'refused' not in others['grid_world'].log.read_text()
+            assert 'rejected' not in others['grid_world'].log.read_text()
             return digest
 
 

@@ -189,7 +189,7 @@ def assert_told_once(started, flood):
     for name, process in started.items():
         log = process.log.read_text(errors='replace')
         kinds = [key for key in flood.told[name] if key.startswith('rejected: ')]
-        assert kinds and log.count('refused: ') == len(kinds), (name, kinds, log)
+        assert kinds and log.count('rejected: ') == len(kinds), (name, kinds, log)
         assert 'Traceback' not in log and len(log) < 20_000
         process.check()
 
@@ -221,7 +221,7 @@ def test_a_lesson_in_a_flood_of_garbage_ends_with_its_digest_and_its_curve(
          '--rate', '100', '--out', str(tmp_path)], stderr=subprocess.PIPE, text=True)
     try:
         log = tmp_path / 'learner.log'
-        wait_until(lambda: log.exists() and 'begins to learn' in log.read_text(), 'learning')
+        wait_until(lambda: log.exists() and 'starts to learn' in log.read_text(), 'learning')
         flood = Flood(context, list(children(lesson).values()))
         flood.spin_until(lambda: topics.PROGRESS.name in flood.latest, 'progress')
         flood_while(flood, lambda: 'finished' not in log.read_text(), least=1_000)

@@ -103,7 +103,7 @@ def lesson(tmp_path):
          '--iterations', '100000', '--out', str(tmp_path)],
         stderr=subprocess.PIPE, text=True, start_new_session=True)
     log = tmp_path / 'learner.log'
-    wait_until(lambda: log.exists() and 'begins to learn' in log.read_text(), 'learning')
+    wait_until(lambda: log.exists() and 'starts to learn' in log.read_text(), 'learning')
     yield process, tmp_path
     process.terminate()
     process.communicate(timeout=30)

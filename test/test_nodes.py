@@ -220,10 +220,10 @@ def test_a_world_that_comes_back_while_its_mentor_is_generated_gets_advice(tmp_p
 def test_learning_goes_on_in_a_world_that_is_killed_and_comes_back(tmp_path):
     with nodes(tmp_path, mentor=MENTOR, learner=LEARNER) as started:
         with nodes(tmp_path / 'first', grid_world=SMALL) as world:
-            wait_until(log_has(started['learner'], 'begins to learn'), 'learning')
+            wait_until(log_has(started['learner'], 'starts to learn'), 'learning')
             os.kill(world['grid_world'].pid, signal.SIGKILL)
         with nodes(tmp_path / 'second', grid_world=SMALL):
-            wait_until(log_has(started['learner'], 'goes on in world'), 'going on')
+            wait_until(log_has(started['learner'], 'continues in world'), 'going on')
             assert digest_of(started['learner'])
 
 
@@ -341,7 +341,7 @@ def test_invalid_messages_are_rejected_logged_once_and_change_nothing(
     worlds, states = received(node, topics.WORLD), received(node, topics.STATE)
     with nodes(tmp_path, grid_world=SMALL, learner=LEARNER) as started:
         spin_until(node, lambda: worlds and states, 'an observation')
-        wait_until(log_has(started['learner'], 'begins to learn'), 'learner')
+        wait_until(log_has(started['learner'], 'starts to learn'), 'learner')
         run_id = worlds[-1].run
         state = {'run': run_id, 'episode': 1, 'step': 0}
         for name, topic, wrong, sentence in (
@@ -363,7 +363,7 @@ def test_invalid_messages_are_rejected_logged_once_and_change_nothing(
                 ('grid_world', topics.ACTION, {'episode': 2},
                  'an action must answer turn (1, 0), got (2, 0)')):
             publisher = node.create_publisher(topic.message, topic.name, topic.qos)
-            logged = log_has(started[name], f'refused: {sentence}')
+            logged = log_has(started[name], f'rejected: {sentence}')
 
             def publish_until_it_is_logged():
                 publisher.publish(topic.message(**{**state, **wrong}))
@@ -374,7 +374,7 @@ def test_invalid_messages_are_rejected_logged_once_and_change_nothing(
             node.destroy_publisher(publisher)
         for name in started:
             log = started[name].log.read_text()
-            rejections = re.findall(r'refused: (\w+ \w+ must \w+ \w+)', log)
+            rejections = re.findall(r'rejected: (\w+ \w+ must \w+ \w+)', log)
             assert len(rejections) == len(set(rejections))
         with nodes(tmp_path, mentor=MENTOR):
             assert digest_of(started['learner']) == expected
@@ -395,7 +395,7 @@ def test_the_mentor_node_of_the_readme_can_take_the_place_of_ours(tmp_path):
         with nodes(tmp_path, grid_world=('-p', 'map:=free_grid', '-p', 'seed:=3'),
                    learner=LEARNER) as started:
             assert digest_of(started['learner']) == training.memory.digest()
-            assert 'refused' not in started['learner'].log.read_text()
+            assert 'rejected' not in started['learner'].log.read_text()
     finally:
         mine.terminate()
         mine.wait()

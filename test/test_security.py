@@ -82,7 +82,7 @@ def namespace(request, domain, tmp_path):
          '--namespace', request.param.strip('/')], stderr=subprocess.DEVNULL)
     log = tmp_path / 'learner.log'
     try:
-        wait_until(lambda: log.exists() and 'begins to learn' in log.read_text(), 'learning')
+        wait_until(lambda: log.exists() and 'starts to learn' in log.read_text(), 'learning')
         with nodes(tmp_path / 'viewer', viewer=('-r', f'__ns:={request.param}')):
             yield request.param
     finally:

@@ -26,7 +26,7 @@ MENTOR = ('-p', 'mentor:=noisy:0.3', '-p', 'budget:=40', '-p', 'advising:=mistak
 LEARNER = ('-p', 'seed:=3', '-p', 'iterations:=8', '-p', 'episodes:=6', '-p',
            'remembers_advice:=false')
 NAMES = ('grid_world', 'mentor', 'learner')
-FULL, ROOM = 'pauses: state_dir', 'state_dir can be written again: goes on'
+FULL, ROOM = 'pauses: state_dir', 'state_dir can be written again: continues'
 
 
 @pytest.fixture(scope='module')
@@ -88,7 +88,7 @@ def test_a_node_whose_disk_is_full_pauses_and_goes_on_when_there_is_room(
                          (journal_size(folder, name) + 500, resource.RLIM_INFINITY))
         wait_until(log_has(node, FULL), 'full disk')
         sizes = {each: journal_size(tmp_path / each, each) for each in NAMES}
-        assert f"state_dir '{folder}' cannot be written (file too large); goes on when it can" \
+        assert f"state_dir '{folder}' cannot be written (file too large); continues when it can" \
             in node.log.read_text()
         before = len(log_lines(node))
         wait_until(lambda: 'waits for' in ''.join(
@@ -157,7 +157,7 @@ def test_a_journal_that_is_cut_in_its_last_record_is_gone_on_from(tmp_path):
         os.truncate(journal, journal.stat().st_size - 7)
         learner.start()
         assert digest_of(learner)
-        goes_on = re.findall(r'goes on (after \d+ steps \(\d+ records read again|at turn)',
+        goes_on = re.findall(r'continues (after \d+ steps \(\d+ of them|at step id)',
                              learner.log.read_text())
         assert 1 <= len(goes_on) <= 2  # the second where its last answer was said already
         assert 'Traceback' not in learner.log.read_text()
@@ -180,10 +180,10 @@ def kept(tmp_path_factory):
 
 
 @pytest.mark.parametrize('name, changes, reason', [
-    ('learner', (*LEARNER, '-p', 'method:=explicit'), "was kept with method 'beta_implicit'"),
-    ('learner', (*LEARNER, '-p', 'seed:=4'), 'was kept with seed 3, and here it is 4'),
-    ('grid_world', (*WORLD, '-p', 'map:=maze'), 'was kept with map '),
-    ('grid_world', (*WORLD, '-p', 'seed:=4'), 'was kept with seed 3, and here it is 4')])
+    ('learner', (*LEARNER, '-p', 'method:=explicit'), "was written with method 'beta_implicit'"),
+    ('learner', (*LEARNER, '-p', 'seed:=4'), 'was written with seed 3, and here it is 4'),
+    ('grid_world', (*WORLD, '-p', 'map:=maze'), 'was written with map '),
+    ('grid_world', (*WORLD, '-p', 'seed:=4'), 'was written with seed 3, and here it is 4')])
 def test_a_state_of_other_settings_ends_a_node_with_one_line_and_is_left_untouched(
         kept, name, changes, reason):
     before = contents(kept)

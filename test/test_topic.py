@@ -18,7 +18,7 @@ def running(tmp_path):
     """Run a world and a learner that never ends."""
     with nodes(tmp_path, grid_world=('-p', 'map:=bar_grid'),
                learner=('-p', 'method:=sarsa', '-p', 'iterations:=0')) as started:
-        wait_until(log_has(started['learner'], 'begins to learn'), 'learning')
+        wait_until(log_has(started['learner'], 'starts to learn'), 'learning')
         yield started
 
 

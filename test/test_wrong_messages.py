@@ -94,7 +94,7 @@ def test_a_second_learner_stands_aside_and_the_first_one_keeps_the_run(tmp_path,
             wait_until(log_has(second['learner'], 'inactive: learner '), 'second learner')
             assert digest_of(started['learner']) == trained(iterations=16)
             assert 'finished' not in second['learner'].log.read_text()
-        assert 'refused' not in started['learner'].log.read_text()
+        assert 'rejected' not in started['learner'].log.read_text()
 
 
 def test_a_second_world_stands_aside_and_the_first_one_goes_on(tmp_path, node):
@@ -102,7 +102,7 @@ def test_a_second_world_stands_aside_and_the_first_one_goes_on(tmp_path, node):
     with nodes(tmp_path, grid_world=SLOW, mentor=MENTOR, learner=LONG) as started:
         spin_until(node, lambda: len(msg) > 20, 'learning')
         with nodes(tmp_path / 'second', grid_world=('-p', 'map:=free_grid')) as two:
-            words = "another world, 'bar_grid', came first and keeps these topics"
+            words = "another world, 'bar_grid', came first and owns these topics"
             wait_until(log_has(two['grid_world'], words), words)
             spin_until(node, lambda: any(status.level == DiagnosticStatus.ERROR and
                                          'inactive: another world' in status.message
@@ -128,7 +128,7 @@ import pathlib, signal, sys, tempfile, time
 signal.signal(signal.SIGTERM, lambda *_: sys.exit())
 from comply_ros.nodes.node_processes import NodeProcess
 log = pathlib.Path(sys.argv[1])
-while not (log.exists() and 'begins to learn' in log.read_text()):
+while not (log.exists() and 'starts to learn' in log.read_text()):
     time.sleep(0.01)
 with tempfile.TemporaryDirectory() as folder:
     started = [NodeProcess(name, [], folder) for name in ('grid_world', 'learner')]
@@ -163,7 +163,7 @@ def test_a_silent_mentor_counts_as_no_advice_where_a_time_is_set(tmp_path, node)
     health = health_of(node)
     with nodes(tmp_path, grid_world=SMALL, learner=(
             '-p', 'iterations:=1', '-p', 'episodes:=1', '-p', 'advice_timeout:=0.01')) as started:
-        words = 'no recommendation came within 0.01 s: goes on as without advice (harmless; '
+        words = 'no recommendation came within 0.01 s: continues as without advice (harmless; '
         wait_until(log_has(started['learner'], 'finished 1 iterations'), 'learning alone')
         assert started['learner'].log.read_text().count(words) == 1
         spin_until(node, says(health, 'learner', 'has finished'), 'health')

@@ -50,12 +50,12 @@ class Checkpointing:
             if self.error is None:
                 self.error = (f'pauses: state_dir {self._folder!r} cannot be written '
                               f'({_reason(error)})')
-                self._node.get_logger().error(f'{self.error}; goes on when it can')
+                self._node.get_logger().error(f'{self.error}; continues when it can')
             return False
         finally:
             machine.journal_entries.clear()  # the state has it, or the store
         if self.error:
-            self._node.get_logger().info('state_dir can be written again: goes on')
+            self._node.get_logger().info('state_dir can be written again: continues')
             self.error = None
         if self.store and self.store.is_checkpoint_due():
             try:

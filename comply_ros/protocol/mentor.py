@@ -226,7 +226,7 @@ class Mentor:
         self.needs_checkpoint = self.policy is not None
         description = self.tracker.description
         assert description is not None
-        return (Notice(f'advises in world {description.name!r}, run {description.run}'),)
+        return (Notice(f'follows world {description.name!r}, run {description.run}'),)
 
     def _advise_by(self, policy: NDArray[np.int8]) -> None:
         self._budget = AdviceBudget(self.world, policy, self._budget_size, self._mode)
