@@ -361,7 +361,7 @@ def test_invalid_messages_are_rejected_logged_once_and_change_nothing(
                 ('grid_world', topics.ACTION, {'run': run_id ^ 1},
                  f'an action must belong to run {run_id}'),
                 ('grid_world', topics.ACTION, {'episode': 2},
-                 'an action must answer turn (1, 0), got (2, 0)')):
+                 'an action must be for step id (1, 0), got (2, 0)')):
             publisher = node.create_publisher(topic.message, topic.name, topic.qos)
             logged = log_has(started[name], f'rejected: {sentence}')
 
