@@ -1,15 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """
-Garbage: what was said, made wrong in at least one way, as hypothesis draws it.
+Garbage: true messages that are made wrong in at least one way, as hypothesis draws it.
 
-Every strategy draws functions from a message that was really said to one that cannot be right.
-None draws what no receiver can tell from the truth: the run, the open turn, a possible state or
-action, the right learner. Only SROS2 keeps those who would say that from the topics.
+Every strategy draws functions from a message that was really published to one that cannot be
+right. None draws what no subscriber can tell from the truth: the run, the open step id, a
+possible state or action, the right learner. Only SROS2 keeps publishers of such messages from
+the topics.
 """
 
 from array import array
 from functools import partial
+import os
 
+from hypothesis import HealthCheck, Phase, settings
 from hypothesis import strategies as st
 
 from comply_ros.protocol.messages import (
@@ -23,6 +26,10 @@ from comply_ros.protocol.messages import (
 )
 from comply_ros.world.grid import Grid
 
+settings.register_profile('garbage', deadline=None, max_examples=8, database=None,
+                          phases=[Phase.explicit, Phase.generate],
+                          derandomize=os.environ.get('CI') == 'true',
+                          suppress_health_check=list(HealthCheck))
 FAR = 1_000_000  # episodes ahead, which no test comes to
 LARGEST = 2 ** 32
 odd = st.sampled_from([float('nan'), float('inf'), float('-inf')])
@@ -37,7 +44,7 @@ no_probability = st.one_of(odd, st.floats(max_value=-1e-9), st.floats(min_value=
 
 
 def replaced(fields):
-    """Draw functions that replace these fields by what their strategies draw."""
+    """Draw functions that replace these fields by values from their strategies."""
     return st.fixed_dictionaries(fields).map(lambda values: lambda msg: msg._replace(**values))
 
 
@@ -50,16 +57,16 @@ past = st.tuples(naturals, naturals).map(
 
 
 def then(*strategies):
-    """Draw functions that do what these draw one after the other."""
-    def one_after_the_other(functions, msg):
+    """Draw functions that apply one function of each strategy after the other."""
+    def in_order(functions, msg):
         for each in functions:
             msg = each(msg)
         return msg
-    return st.tuples(*strategies).map(lambda functions: partial(one_after_the_other, functions))
+    return st.tuples(*strategies).map(lambda functions: partial(in_order, functions))
 
 
 def flipped(name):
-    """Draw a function that turns a truth value round."""
+    """Draw a function that inverts a field that is true or false."""
     return st.just(lambda msg: msg._replace(**{name: not getattr(msg, name)}))
 
 
@@ -89,7 +96,7 @@ actions = st.one_of(
 
 
 def rival(k):
-    """Return a function from a world to another one, whole, of another run and name."""
+    """Return a function from a world to a complete one of another run and name."""
     tiny = Grid(('.G', '..'), (0,), -1.0, -5.0, 10.0, 0.9, 20 + k % 9)
     began = (0.0, -1e300, 1e300)[k % 3]
     return lambda msg: describe_world(tiny, f'rival {k}', msg.run ^ (1 + k), began)

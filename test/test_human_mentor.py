@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A person as the mentor, in every order, on the actor, without ROS."""
+"""A person as the mentor: messages and edits in every order, on the state machine, without ROS."""
 
 from itertools import permutations
+import re
 
 import numpy as np
 import pytest
@@ -10,174 +11,196 @@ from tiny_worlds import grid
 from comply_ros.mentor.mentor_policies import noisy_policy, spoiled_policy
 from comply_ros.mentor.policy_text import PolicyError
 from comply_ros.protocol.human_mentor import HumanMentor
-from comply_ros.protocol.messages import describe_world, Recommendation, StateReward
+from comply_ros.protocol.messages import (
+    describe_world,
+    Ignored,
+    Notice,
+    Recommendation,
+    StateReward,
+)
+from comply_ros.protocol.run_tracker import RIVAL_MESSAGES, WORLD_SILENT
+from comply_ros.world.grid import LEFT, NO_ACTION, RIGHT, UP
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import optimal_policy
 
 ROOM = grid('..G', '.#.', '...')  # state 4 is the obstacle, 8 the goal
-HERE = describe_world(ROOM, 'room', 7)
-UP, RIGHT, NONE = 3, 1, -1
+ROOM_MSG = describe_world(ROOM, 'room', 7)
 
 
-def asked(step=0, s=0, episode=1, run=7):
+def state(step=0, s=0, episode=1, run=7):
     """Return a `StateReward`."""
     return StateReward(run, episode, step, s, -1.0 if step else 0.0, s == 8, False)
 
 
-def msg(action, step=0, s=0, episode=1):
-    """Return the `Recommendation` as it is said, alone."""
+def advice(action, step=0, s=0, episode=1):
+    """Return a `Recommendation` as the only output."""
     return (Recommendation(7, episode, step, s, action),)
 
 
-def person(steering=False):
-    """Return a person in the room."""
-    actor = HumanMentor()
-    actor.on_world(HERE)
-    actor.take_the_wheel(steering)
-    return actor
+def make_mentor(steering=False):
+    """Return a human mentor in the room."""
+    mentor = HumanMentor()
+    mentor.on_world(ROOM_MSG)
+    mentor.set_steering(steering)
+    return mentor
 
 
-@pytest.mark.parametrize('order', list(permutations(('world', 'state', 'paint', 'steer'))))
-def test_a_question_is_answered_in_any_order_and_only_once(order):
-    actor, answers = HumanMentor(), []
-    deeds = {'world': lambda: actor.on_world(HERE)[1:],
-             'state': lambda: actor.observe(asked()),
-             'paint': lambda: actor.paint({0: UP}) or (),
-             'steer': lambda: actor.take_the_wheel(True)}
-    for deed in order:
-        if deed == 'paint' and actor.world is None:
+@pytest.mark.parametrize('order', list(permutations(('world', 'state', 'edit', 'steer'))))
+def test_an_observation_is_answered_in_any_order_and_only_once(order):
+    mentor, answers = HumanMentor(), []
+    events = {'world': lambda: mentor.on_world(ROOM_MSG)[1:],
+              'state': lambda: mentor.observe(state()),
+              'edit': lambda: mentor.edit({0: UP}) or (),
+              'steer': lambda: mentor.set_steering(True)}
+    for event in order:
+        if event == 'edit' and mentor.world is None:
             with pytest.raises(PolicyError, match='none is known yet'):
-                actor.paint({0: UP})
+                mentor.edit({0: UP})
         else:
-            answers += deeds[deed]()
-    answers += actor.steer(RIGHT)
+            answers += events[event]()
+    answers += mentor.steer(RIGHT)
     assert len(answers) == 1
-    steers_in_time = max(order.index('world'), order.index('state')) > order.index('steer')
-    painted = order.index('paint') < max(order.index('world'), order.index('state')) \
-        and order.index('paint') > order.index('world')
-    expected = RIGHT if steers_in_time else UP if painted else NONE
-    assert answers == [*msg(expected)]
-    assert actor.observe(asked()) == tuple(answers)
+    observed = max(order.index('world'), order.index('state'))
+    edited = order.index('world') < order.index('edit') < observed
+    expected = RIGHT if order.index('steer') < observed else UP if edited else NO_ACTION
+    assert answers == [*advice(expected)]
+    assert mentor.observe(state()) == tuple(answers)
 
 
-def test_a_person_says_nothing_at_first_and_what_is_painted_from_the_next_question_on():
-    actor = person()
-    assert actor.painted.dtype == np.int8 and (actor.painted == NONE).all()
-    assert actor.observe(asked()) == msg(NONE)
-    actor.paint({0: UP, 1: RIGHT})
-    assert actor.observe(asked()) == msg(NONE)  # the same question, the same answer
-    assert actor.observe(asked(1, 1)) == msg(RIGHT, 1, 1)
-    actor.paint({1: NONE})
-    assert actor.observe(asked(2, 0)) == msg(UP, 2, 0)
-    assert actor.painted.tolist() == actor.policy == [UP] + 8 * [NONE]
-    assert actor.advice(0) == UP
+def test_without_edits_there_is_no_advice_and_an_edit_counts_from_the_next_observation_on():
+    mentor = make_mentor()
+    assert mentor.edited_policy.dtype == np.int8 and (mentor.edited_policy == NO_ACTION).all()
+    assert mentor.observe(state()) == advice(NO_ACTION)
+    mentor.edit({0: UP, 1: RIGHT})
+    assert mentor.observe(state()) == advice(NO_ACTION)  # a repeated observation
+    assert mentor.observe(state(1, 1)) == advice(RIGHT, 1, 1)
+    mentor.edit({1: NO_ACTION})
+    assert mentor.observe(state(2, 0)) == advice(UP, 2, 0)
+    assert mentor.edited_policy.tolist() == mentor.policy == [UP] + 8 * [NO_ACTION]
+    assert mentor.advice(0) == UP
+    assert mentor.step_count == 3
 
 
 @pytest.mark.parametrize('cells, sentence', [
-    ({0: 0}, "an action must not leave the grid, got '<' in state 0 (row 3, column 1)"),
-    ({0: 4}, 'an action must be 0 left, 1 right, 2 down, 3 up, or -1 for no advice, got 4'),
-    ({0: 1.0}, 'an action must be 0 left, 1 right, 2 down, 3 up, or -1 for no advice, got 1.0'),
-    ({9: 0}, 'a state must lie in [0, 8], got 9'),
-    ({-1: 0}, 'a state must lie in [0, 8], got -1'),
-    ({True: 0}, 'a state must lie in [0, 8], got True'),
-    ({4: UP}, 'a policy has advice in free cells only, got some in state 4 at (1, 1)'),
-    ({8: 0}, 'a policy has advice in free cells only, got some in state 8 at (2, 2)')])
-def test_what_cannot_be_painted_is_refused_with_one_sentence_and_nothing_changes(cells, sentence):
-    actor = person()
-    actor.paint({1: RIGHT})
-    before = actor.painted
-    with pytest.raises(PolicyError) as refused:
-        actor.paint({0: UP, **cells})
-    assert str(refused.value) == sentence
-    assert actor.painted is before
+    ({0: LEFT}, r"an action must not leave the grid, got '<' in .*row 3, column 1\)?"),
+    ({0: 4}, 'an action must be 0 left, 1 right, 2 down, 3 up, or -1 for no advice, got 4.*'),
+    ({0: 1.0},
+     r'an action must be 0 left, 1 right, 2 down, 3 up, or -1 for no advice, got 1\.0.*'),
+    ({9: LEFT}, r'a state must lie in \[0, 8\], got 9'),
+    ({-1: LEFT}, r'a state must lie in \[0, 8\], got -1'),
+    ({True: LEFT}, r'a state must lie in \[0, 8\], got True'),
+    ({4: UP}, r'a policy has advice in free cells only, .*got .*\b4\b.*'),
+    ({8: LEFT}, r'a policy has advice in free cells only, .*got .*\b8\b.*')])
+def test_an_edit_that_is_not_possible_is_rejected_with_one_sentence_and_changes_nothing(
+        cells, sentence):
+    mentor = make_mentor()
+    mentor.edit({1: RIGHT})
+    before = mentor.edited_policy
+    with pytest.raises(PolicyError) as error:
+        mentor.edit({0: UP, **cells})
+    assert re.fullmatch(sentence, str(error.value))
+    assert mentor.edited_policy is before
     with pytest.raises(ValueError, match='read-only'):
-        actor.painted[0] = 1
+        mentor.edited_policy[0] = 1
 
 
-def test_a_whole_policy_takes_the_place_of_what_was_painted():
-    actor, policy = person(), optimal_policy(World(ROOM))
-    actor.replace(policy)
-    assert (actor.painted == policy).all()
+def test_a_whole_policy_replaces_the_edited_one():
+    mentor, policy = make_mentor(), optimal_policy(World(ROOM))
+    mentor.replace(policy)
+    assert (mentor.edited_policy == policy).all()
+    policy[0] = NO_ACTION  # of the caller: the mentor has its own
+    policy = optimal_policy(World(ROOM))
     with pytest.raises(PolicyError, match=r'must have the 9 states .* shape \(3,\)'):
-        actor.replace(policy[:3])
+        mentor.replace(policy[:3])
     with pytest.raises(PolicyError, match='must be 0 left'):
-        actor.replace(policy.astype(int) * 5)
-    assert (actor.painted == policy).all()
+        mentor.replace(policy.astype(int) * 5)
+    assert (mentor.edited_policy == policy).all()
+    with pytest.raises(PolicyError, match='none is known yet'):
+        HumanMentor().replace(policy)
 
 
-def test_while_steering_a_question_waits_for_the_person_and_the_answer_is_painted():
-    actor = person(steering=True)
-    assert actor.observe(asked()) == ()
-    assert actor.observe(asked()) == ()
-    assert actor.waiting == asked()
+def test_while_steering_an_observation_waits_and_the_answer_becomes_part_of_the_policy():
+    mentor = make_mentor(steering=True)
+    assert mentor.observe(state()) == ()
+    assert mentor.observe(state()) == ()
+    assert mentor.waiting == state()
     with pytest.raises(PolicyError, match='must not leave the grid'):
-        actor.steer(0)
-    assert actor.steer(UP) == msg(UP)
-    assert actor.observe(asked()) == msg(UP)
-    assert (actor.waiting, actor.painted[0]) == (None, UP)
-    assert actor.steer(RIGHT) == ()  # nobody waits
-    assert actor.painted[0] == UP
+        mentor.steer(LEFT)
+    assert mentor.steer(UP) == advice(UP)
+    assert mentor.observe(state()) == advice(UP)
+    assert (mentor.waiting, mentor.edited_policy[0]) == (None, UP)
+    assert mentor.steer(RIGHT) == ()  # no observation waits
+    assert mentor.edited_policy[0] == UP
 
 
-def test_whose_patience_ends_hears_no_advice_and_nothing_is_erased():
-    actor = person(steering=True)
-    actor.paint({0: UP})
-    actor.observe(asked())
-    assert actor.give_up() == msg(NONE)
-    assert actor.give_up() == ()
-    assert actor.painted[0] == UP
+def test_giving_up_recommends_nothing_and_leaves_the_policy():
+    mentor = make_mentor(steering=True)
+    mentor.edit({0: UP})
+    mentor.observe(state())
+    assert mentor.give_up() == advice(NO_ACTION)
+    assert mentor.give_up() == ()
+    assert mentor.edited_policy[0] == UP
 
 
-def test_who_lets_the_wheel_go_answers_by_what_is_painted():
-    actor = person(steering=True)
-    actor.paint({0: UP})
-    actor.observe(asked())
-    assert actor.take_the_wheel(False) == msg(UP)
-    assert actor.observe(asked(1, 3)) == msg(NONE, 1, 3)
+def test_at_the_end_of_steering_the_policy_answers():
+    mentor = make_mentor(steering=True)
+    mentor.edit({0: UP})
+    mentor.observe(state())
+    assert mentor.set_steering(False) == advice(UP)
+    assert mentor.observe(state(1, 3)) == advice(NO_ACTION, 1, 3)
 
 
-def test_a_robot_that_goes_on_without_advice_waits_in_its_new_state():
-    actor = person(steering=True)
-    actor.observe(asked())
-    assert actor.observe(asked(1, 3)) == ()
-    assert actor.observe(asked()) == ()
-    assert actor.waiting == actor.robot == asked(1, 3)
-    actor.observe(asked(2, 8))  # the goal: nobody waits there
-    assert (actor.waiting, actor.robot) == (None, asked(2, 8))
-    assert actor.steer(UP) == ()
+def test_a_robot_that_continues_without_advice_waits_in_its_new_state():
+    mentor = make_mentor(steering=True)
+    mentor.observe(state())
+    assert mentor.observe(state(1, 3)) == ()
+    assert mentor.observe(state()) == ()
+    assert mentor.waiting == mentor.robot == state(1, 3)
+    mentor.observe(state(2, 8))  # the goal: no advice is needed there
+    assert (mentor.waiting, mentor.robot) == (None, state(2, 8))
+    assert mentor.steer(UP) == ()
 
 
-def test_an_older_question_is_not_answered_again():
-    actor = person()
-    actor.observe(asked(2, 1))
-    assert actor.observe(asked(1, 0))[0].kind == 'state too late'
+def test_an_older_observation_is_ignored():
+    mentor = make_mentor()
+    mentor.observe(state(2, 1))
+    ignored, = mentor.observe(state(1, 0))
+    assert type(ignored) is Ignored and ignored.kind == 'state too late'
 
 
-def test_a_state_that_cannot_be_is_refused_and_is_not_where_the_robot_is():
-    actor = person(steering=True)
-    refused, = actor.observe(asked(1, 77))
-    assert refused.kind == 'state outside the grid'
-    assert (actor.robot, actor.waiting) == (None, None)
+def test_an_observation_that_cannot_be_right_is_rejected_and_is_not_where_the_robot_is():
+    mentor = make_mentor(steering=True)
+    rejected, = mentor.observe(state(1, 77))
+    assert rejected.kind == 'state outside the grid'
+    assert (mentor.robot, mentor.waiting) == (None, None)
 
 
-def test_what_is_painted_stays_after_a_reset_and_goes_with_the_map():
-    actor = person(steering=True)
-    actor.paint({0: UP})
-    actor.observe(asked())
-    actor.on_world(HERE._replace(run=8, replaces=7))
-    assert (actor.waiting, actor.robot, actor.painted[0]) == (None, None, UP)
-    actor.observe(asked(run=8))
-    assert actor.steer(RIGHT)[0].run == 8
-    other = HumanMentor()
-    other.on_world(describe_world(grid('..G'), 'other', 6)._replace(began=9.0))
-    other.paint({0: RIGHT})
-    other.on_world(HERE)  # began first
-    assert (other.painted == NONE).all() and len(other.painted) == 9
+def test_the_policy_stays_after_a_reset():
+    mentor = make_mentor(steering=True)
+    mentor.edit({0: UP})
+    mentor.observe(state())
+    mentor.on_world(ROOM_MSG._replace(run=8, replaces=7))
+    assert (mentor.waiting, mentor.robot, mentor.edited_policy[0]) == (None, None, UP)
+    mentor.observe(state(run=8))
+    assert mentor.steer(RIGHT)[0].run == 8
+
+
+def test_another_map_starts_without_advice_and_answers_what_was_held():
+    mentor = HumanMentor()
+    mentor.on_world(describe_world(grid('..G'), 'other', 6))
+    mentor.edit({0: RIGHT})
+    mentor.on_world(ROOM_MSG)
+    assert len(mentor.edited_policy) == 3  # the first world is followed while it is not silent
+    for _ in range(RIVAL_MESSAGES):
+        assert mentor.observe(state()) == ()
+    outputs = [msg for _ in range(WORLD_SILENT) for msg in mentor.tick()]
+    assert outputs == [Notice("advises in world 'room', run 7"), *advice(NO_ACTION)]
+    assert (mentor.edited_policy == NO_ACTION).all() and len(mentor.edited_policy) == 9
 
 
 def test_a_share_of_a_policy_is_spoiled_and_the_rest_is_not():
     world = World(ROOM)
-    policy = np.full(9, NONE, dtype=np.int8)
+    policy = np.full(9, NO_ACTION, dtype=np.int8)
     generator = np.random.Generator(np.random.PCG64(0))
     assert (spoiled_policy(policy, world, 0.0, generator) == policy).all()
     spoiled = spoiled_policy(policy, world, 1.0, generator)
