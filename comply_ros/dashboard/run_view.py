@@ -1,86 +1,98 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One that hears a whole lesson and says nothing: what the page shows."""
+"""The newest reports of one run, as the page shows them; nothing is published."""
 
+from bisect import bisect_left
 from collections import OrderedDict
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from comply_ros.dashboard.learning_curve import Curve
 from comply_ros.nodes.run_monitor import can_advise, can_be
+from comply_ros.protocol import messages
 from comply_ros.protocol.attendant import Attendant
-from comply_ros.protocol.messages import Action, Episode, Progress, StateReward, WorldDescription
 from comply_ros.protocol.turns import FIRST
 from comply_ros.protocol.validation import validate_state
+from comply_ros.world.grid import Grid
 from comply_ros.world.mdp import World
 
-RUNS = 8  # whose reports are remembered while it is open which one is attended to
+MAX_RUNS = 8  # whose reports are stored: reports can arrive before the description of their world
+MAX_POINTS = 2000  # of a learning curve; a longer one loses every second point
 
 
-class Heard(NamedTuple):
-    """
-    What was heard of one run; None for what was not.
+class LearningCurve(NamedTuple):
+    """Iterations, ascending, and the mean return of each."""
 
-    Attributes
-    ----------
-    advice, policy: `a[s]`, int8, of the mentor and of the learner.
-    trust: `p[s]`, float32.
+    iterations: tuple[int, ...] = ()
+    returns: tuple[float, ...] = ()
 
-    """
+    def extended(self, msg: messages.Progress) -> 'LearningCurve':
+        """
+        Curve that ends with the iteration of a `Progress`.
 
-    question: StateReward = None
-    answer: Action = None
-    episode: Episode = None
-    progress: Progress = None
-    curve: Curve = Curve()
-    advice: np.ndarray = None
-    policy: np.ndarray = None
-    trust: np.ndarray = None
-
-
-class Sight(NamedTuple):
-    """A lesson at one moment: the world, None before it is known, and what was heard of it."""
-
-    described: WorldDescription = None
-    world: World = None
-    heard: Heard = Heard()
+        Points from that iteration on are removed: a learner that was reset reports them again.
+        A curve that is too long loses every second point, but never the newest one.
+        """
+        kept = bisect_left(self.iterations, msg.iteration)
+        iterations = (*self.iterations[:kept], msg.iteration)
+        returns = (*self.returns[:kept], msg.mean_return)
+        if kept < MAX_POINTS:
+            return LearningCurve(iterations, returns)
+        first = 1 - len(iterations) % 2
+        return LearningCurve(iterations[first::2], returns[first::2])
 
 
-class Onlooker(Attendant):
-    """
-    Attends to one world as a mentor does, and keeps the newest report of each kind.
+class RunReports(NamedTuple):
+    """The newest message of each kind in one run; None where there was none."""
 
-    Attributes
-    ----------
-    world: the `World` that is attended to, None before.
+    observation: messages.StateReward | None = None
+    action: messages.Action | None = None
+    episode: messages.Episode | None = None
+    progress: messages.Progress | None = None
+    curve: LearningCurve = LearningCurve()
+    mentor_policy: NDArray[np.int8] | None = None  # a[s], -1 for no advice
+    learner_policy: NDArray[np.int8] | None = None  # a[s]
+    trust: NDArray[np.float32] | None = None  # p[s] in [0, 1]
 
-    """
 
-    def __init__(self):
+class RunSnapshot(NamedTuple):
+    """A run at one moment: its world, None before it is known, and its reports."""
+
+    description: messages.WorldDescription | None = None
+    world: World | None = None
+    reports: RunReports = RunReports()
+
+
+class RunView(Attendant):
+    """Follows one world as a mentor does, and stores the newest report of each kind."""
+
+    def __init__(self) -> None:
         super().__init__()
-        self.world, self._runs = None, OrderedDict()
+        self.world: World | None = None
+        self.reports: OrderedDict[int, RunReports] = OrderedDict()  # by the number of the run
 
     @property
-    def sight(self):
-        """The `Sight` of the run that is attended to; what cannot be right is left out."""
+    def snapshot(self) -> RunSnapshot:
+        """The run that is followed, without maps that do not fit its world."""
         if self.described is None:
-            return Sight()
-        return Sight(self.described, self.world, self._runs.get(self.described.run, Heard()))
+            return RunSnapshot()
+        return RunSnapshot(self.described, self.world,
+                           self.reports.get(self.described.run, RunReports()))
 
-    def attend(self, msg, grid):
-        """Change into an onlooker of this world; return nothing to say."""
+    def attend(self, msg: messages.WorldDescription, grid: Grid) -> tuple[()]:
+        """Follow another world; return no outputs."""
         held = self._attention.attend(msg)
         if self.world is None or self.world.grid != grid:
             self.world = World(grid)
-        heard, self._runs = self._runs.get(msg.run), OrderedDict()
-        if heard:
-            self._runs[msg.run] = self._checked(heard)
-        for hear, message in held:
-            hear(message)
+        reports, self.reports = self.reports.get(msg.run), OrderedDict()
+        if reports:
+            self.reports[msg.run] = self._without_misfits(reports, self.world)
+        for callback, message in held:
+            callback(message)
         return ()
 
-    def observe(self, msg):
-        """Take a state for the newest question."""
+    def observe(self, msg: messages.StateReward) -> None:
+        """Store an observation; one of another run is held until its world is known."""
         attention = self._attention
         if msg.run != attention.run:
             attention.hold(self.observe, msg, 'a state')
@@ -89,50 +101,35 @@ class Onlooker(Attendant):
         attention.silent = 0
         attention.committed |= (msg.episode, msg.step) != FIRST
         if not validate_state(msg, self.world):
-            self._remember(msg.run, question=msg)
+            self.store(msg.run, observation=msg)
 
-    def on_action(self, msg):
-        """Take an action for the newest answer."""
-        self._remember(msg.run, answer=msg)
-
-    def on_episode(self, msg):
-        """Take how an episode went for the newest report of one."""
-        self._remember(msg.run, episode=msg)
-
-    def on_progress(self, msg):
-        """Add an iteration to the curve."""
+    def on_progress(self, msg: messages.Progress) -> None:
+        """Store how an iteration went, and extend the learning curve."""
         if can_be(msg):
-            curve = self._runs.get(msg.run, Heard()).curve
-            self._remember(msg.run, progress=msg, curve=curve.after(msg))
+            curve = self.reports.get(msg.run, RunReports()).curve
+            self.store(msg.run, progress=msg, curve=curve.extended(msg))
 
-    def on_trust(self, msg):
-        """Take the trust in every state."""
-        self._remember(msg.run, trust=np.array(msg.confidence, dtype=np.float32))
+    def on_state_map(self, name: str, msg: messages.Trust | messages.Policy) -> None:
+        """Store a map over all states as the field `name` of the reports."""
+        dtype = np.float32 if name == 'trust' else np.int8
+        self.store(msg.run, **{name: np.array(msg[-1], dtype=dtype)})
 
-    def on_policy(self, msg):
-        """Take the learner's action in every state."""
-        self._remember(msg.run, policy=np.array(msg.action, dtype=np.int8))
+    def store(self, run: int, **fields: Any) -> None:
+        """Change fields of the reports of a run; of too many runs, the oldest is removed."""
+        reports = self.reports.get(run, RunReports())._replace(**fields)
+        if run == self._attention.run and self.world is not None:
+            reports = self._without_misfits(reports, self.world)
+        self.reports[run] = reports
+        if len(self.reports) > MAX_RUNS:
+            self.reports.pop(next(each for each in self.reports if each != self._attention.run))
 
-    def on_mentor_policy(self, msg):
-        """Take the mentor's action in every state."""
-        self._remember(msg.run, advice=np.array(msg.action, dtype=np.int8))
-
-    def _remember(self, run, **news):
-        """Change what is known of a run by news; of too many runs the oldest is forgotten."""
-        heard = self._runs.get(run, Heard())._replace(**news)
-        self._runs[run] = self._checked(heard) if run == self._attention.run else heard
-        if len(self._runs) > RUNS:
-            self._runs.pop(next(each for each in self._runs if each != self._attention.run))
-
-    def _checked(self, heard):
-        """Return what was heard without the maps that cannot be of this world."""
-        maps = {name: getattr(heard, name) for name in ('advice', 'policy')}
-        wrong = dict.fromkeys((name for name, actions in maps.items() if actions is not None
-                               and not can_advise(actions, self.world)))
-        if heard.trust is not None and not _can_be_trust(heard.trust, self.world):
-            wrong['trust'] = None
-        return heard._replace(**wrong) if wrong else heard
-
-
-def _can_be_trust(trust, world):
-    return trust.shape == world.free.shape and bool(((0.0 <= trust) & (trust <= 1.0)).all())
+    @staticmethod
+    def _without_misfits(reports: RunReports, world: World) -> RunReports:
+        """Return the reports without the maps that do not fit the world."""
+        mentor, learner, trust = reports.mentor_policy, reports.learner_policy, reports.trust
+        has_trust = trust is not None and trust.shape == world.free.shape and bool(
+            ((0.0 <= trust) & (trust <= 1.0)).all())
+        return reports._replace(
+            mentor_policy=mentor if mentor is not None and can_advise(mentor, world) else None,
+            learner_policy=learner if learner is not None and can_advise(learner, world) else None,
+            trust=trust if has_trust else None)
