@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The page in a real browser: a person teaches, looks, and is told what is wrong."""
+"""The page in a real browser."""
 
 import re
 import urllib.error
 import urllib.request
 
-from browser import browser, drag, link, opened, taught, text_of, wait_for
+from browser import browser, drag, open_page, running_dashboard, text_of, url_of, wait_for
 from node_processes import log_has, nodes, run, wait_until
 import pytest
 
@@ -24,30 +24,30 @@ def chromium():
 
 
 def iteration(page):
-    """Return the number of the last iteration, and its mean return, as the page says them."""
-    msg = wait_for(page, 'progress', r'iteration (\d+): mean return (\S+\d)')
-    return int(msg[1]), float(msg[2])
+    """Return the number and the mean return of the last iteration on the page."""
+    match = wait_for(page, 'progress', r'iteration (\d+): mean return (\S+\d)')
+    return int(match[1]), float(match[2])
 
 
 def arrows(page):
-    """Return the number of arrows of the mentor in the picture."""
+    """Return the number of the mentor's arrows in the picture."""
     return page.evaluate("""() => [...document.querySelectorAll('.world path[fill]')].map(
         path => path.getAttribute('d').split('M').length - 1).reduce((a, b) => a + b, 0)""")
 
 
-def saved(page):
-    """Return the policy that the page saves to a file."""
+def saved_policy(page):
+    """Return the text of the policy file that the page saves."""
     with page.expect_download() as download:
         page.get_by_test_id('save').click()
     return download.value.path().read_text()
 
 
-def test_a_person_paints_a_policy_and_the_curve_rises(domain, tmp_path, chromium):
-    with taught(tmp_path) as (_, address):
-        page = opened(chromium, address)
+def test_a_policy_is_painted_and_the_learning_curve_rises(domain, tmp_path, chromium):
+    with running_dashboard(tmp_path) as (_, url):
+        page = open_page(chromium, url)
         first, low = iteration(page)
         drag(page, GRID, (0, 0), (10, 0), (10, 9))
-        wait_for(page, 'levels', 'the mentor alone earns')
+        wait_for(page, 'reference-returns', 'mentor alone')
         wait_until(lambda: arrows(page) == 20, 'arrows along the way')
         for x in range(10):
             drag(page, GRID, (x, 1), (x, 0))
@@ -56,29 +56,29 @@ def test_a_person_paints_a_policy_and_the_curve_rises(domain, tmp_path, chromium
                    'rise of the curve')
 
 
-def test_a_lost_learner_is_said_and_so_is_that_it_came_back(domain, tmp_path, chromium):
-    with taught(tmp_path) as (running, address):
-        page = opened(chromium, address)
-        wait_for(page, 'state', 'runs')
+def test_an_alarm_is_shown_while_the_learner_is_lost(domain, tmp_path, chromium):
+    with running_dashboard(tmp_path) as (running, url):
+        page = open_page(chromium, url)
+        wait_for(page, 'run-state', 'running')
         running['learner'].kill()
-        wait_for(page, 'alarm', r'The learner has been silent for \d+ s')
-        wait_for(page, 'health-learner', 'is lost')
-        assert text_of(page, 'state') == 'stands still'
+        wait_for(page, 'alarm', r'The learner has sent no status for \d+ s')
+        wait_for(page, 'health-learner', 'lost: no status')
+        assert text_of(page, 'run-state') == 'stopped'
         running['learner'].start()
-        wait_for(page, 'state', 'runs')
+        wait_for(page, 'run-state', 'running')
         wait_until(lambda: not page.get_by_test_id('alarm').is_visible(), 'end of the alarm')
 
 
-def test_a_page_that_is_opened_in_the_middle_shows_all_that_was_painted(
+def test_a_page_that_is_opened_later_shows_all_that_was_painted(
         domain, tmp_path, chromium):
-    with taught(tmp_path) as (_, address):
-        page = opened(chromium, address)
+    with running_dashboard(tmp_path) as (_, url):
+        page = open_page(chromium, url)
         drag(page, GRID, (0, 0), (8, 0))
         wait_until(lambda: arrows(page) == 9, 'painted arrows')
         reached, _ = iteration(page)
         page.reload()
         page.locator('.world').first.wait_for()
-        other = opened(chromium, address)
+        other = open_page(chromium, url)
         for each in (page, other):
             wait_until(lambda: arrows(each) == 9, 'painted arrows')
             assert iteration(each)[0] >= reached
@@ -86,39 +86,39 @@ def test_a_page_that_is_opened_in_the_middle_shows_all_that_was_painted(
         wait_until(lambda: arrows(page) == 12, 'what was painted on the other page')
 
 
-def test_the_world_pauses_steps_and_begins_anew(domain, tmp_path, chromium):
-    with taught(tmp_path) as (_, address):
-        page = opened(chromium, address)
+def test_the_run_pauses_steps_and_is_reset(domain, tmp_path, chromium):
+    with running_dashboard(tmp_path) as (_, url):
+        page = open_page(chromium, url)
         iteration(page)
         page.get_by_test_id('pause').click()
-        wait_for(page, 'state', 'paused')
-        before = wait_for(page, 'turn', r'episode (\d+), step (\d+)')
+        wait_for(page, 'run-state', 'paused')
+        before = wait_for(page, 'step-id', r'episode (\d+), step (\d+)')
         page.get_by_test_id('step').click()
-        wait_until(lambda: text_of(page, 'turn') != before[0], 'step')
+        wait_until(lambda: text_of(page, 'step-id') != before[0], 'step')
         page.get_by_test_id('reset').click()
-        page.get_by_test_id('really').click()
+        page.get_by_test_id('confirm-reset').click()
         wait_for(page, 'progress', 'No iteration')
-        assert text_of(page, 'turn') == '' and text_of(page, 'state') == 'paused'
+        assert text_of(page, 'step-id') == '' and text_of(page, 'run-state') == 'paused'
         page.get_by_test_id('step').click()
-        wait_for(page, 'turn', 'episode 1, step 0')
+        wait_for(page, 'step-id', 'episode 1, step 0')
         page.get_by_test_id('pause').click()
-        wait_for(page, 'state', 'runs')
+        wait_for(page, 'run-state', 'running')
 
 
-def test_speed_and_the_parameters_of_the_learner_change_while_it_runs(domain, tmp_path, chromium):
-    with taught(tmp_path) as (_, address):
-        page = opened(chromium, address)
-        wait_for(page, 'speed-words', '300 steps a second')
+def test_the_speed_and_parameters_of_the_learner_change_while_it_runs(domain, tmp_path, chromium):
+    with running_dashboard(tmp_path) as (_, url):
+        page = open_page(chromium, url)
+        wait_for(page, 'speed-text', '300 steps per second')
         slider = page.get_by_test_id('speed').locator('[tabindex]')
         for _ in range(3):
             slider.press('ArrowRight')
-        wait_for(page, 'speed-words', 'as fast as it goes')
-        page.get_by_test_id('settings').get_by_text("Learner's parameters").click()
+        wait_for(page, 'speed-text', 'as fast as possible')
+        page.get_by_test_id('parameters').get_by_text("Learner's parameters").click()
         discount = page.get_by_label('discount', exact=True)
         discount.fill('0.9')
         discount.press('Enter')
-        other = opened(chromium, address)
-        other.get_by_test_id('settings').get_by_text("Learner's parameters").click()
+        other = open_page(chromium, url)
+        other.get_by_test_id('parameters').get_by_text("Learner's parameters").click()
         wait_until(lambda: other.get_by_label('discount', exact=True).input_value() == '0.9',
                    'discount on the other page')
         discount.fill('7')
@@ -127,15 +127,15 @@ def test_speed_and_the_parameters_of_the_learner_change_while_it_runs(domain, tm
         wait_until(lambda: discount.input_value() == '0.9', 'the value that holds')
 
 
-def test_policies_are_made_spoiled_erased_saved_and_loaded(domain, tmp_path, chromium):
-    with taught(tmp_path) as (_, address):
-        page = opened(chromium, address)
+def test_policies_are_generated_spoiled_erased_saved_and_loaded(domain, tmp_path, chromium):
+    with running_dashboard(tmp_path) as (_, url):
+        page = open_page(chromium, url)
         page.get_by_test_id('generate').click()
         wait_until(lambda: arrows(page) == WORLD.free.sum(), 'generated mentor')
-        made = saved(page)
+        made = saved_policy(page)
         page.get_by_test_id('spoil').click()
-        wait_until(lambda: saved(page) != made, 'spoiled policy')
-        parse_policy(saved(page), WORLD)
+        wait_until(lambda: saved_policy(page) != made, 'spoiled policy')
+        parse_policy(saved_policy(page), WORLD)
         page.get_by_test_id('clear').click()
         wait_until(lambda: arrows(page) == 0, 'empty policy')
         (tmp_path / 'mine.txt').write_text(made)
@@ -144,27 +144,27 @@ def test_policies_are_made_spoiled_erased_saved_and_loaded(domain, tmp_path, chr
             page.locator('input[type=file]').set_input_files(tmp_path / name)
             if name == 'wrong.txt':
                 page.get_by_text('wrong.txt: a policy must have a row for each').wait_for()
-        wait_until(lambda: saved(page) == made, 'loaded policy')
+        wait_until(lambda: saved_policy(page) == made, 'loaded policy')
 
 
-def test_a_person_steers_with_the_arrow_keys(domain, tmp_path, chromium):
-    with taught(tmp_path, '-p', 'patience:=20.0', remembers='false') as (_, address):
-        page = opened(chromium, address)
+def test_the_robot_is_steered_with_the_arrow_keys(domain, tmp_path, chromium):
+    with running_dashboard(tmp_path, '-p', 'patience:=20.0', remembers='false') as (_, url):
+        page = open_page(chromium, url)
         page.get_by_text('steer with the arrow keys').click()
         page.locator('.waits').wait_for(state='attached')
-        page.wait_for_timeout(500)  # what the page shows is a tenth of a second old
-        before = text_of(page, 'turn')
+        page.wait_for_timeout(500)  # the page shows what was 0.1 s ago
+        before = text_of(page, 'step-id')
         page.wait_for_timeout(500)
-        assert text_of(page, 'turn') == before
+        assert text_of(page, 'step-id') == before
         wait_until(lambda: (page.keyboard.press('ArrowUp'), page.keyboard.press('ArrowRight'),
                             arrows(page) > 2)[-1], 'arrows where it was steered')
 
 
-def test_elsewhere_the_page_asks_for_the_token(domain, tmp_path, chromium):
+def test_the_page_asks_for_the_token_where_other_machines_reach_it(domain, tmp_path, chromium):
     with nodes(tmp_path, grid_world=['-p', 'map:=bar_grid'], dashboard=[
             '-p', 'address:=0.0.0.0', '-p', 'port:=0', '-p', 'token:=open-sesame']) as running:
         wait_until(log_has(running['dashboard'], 'ready: '), 'page')
-        port = re.search(r':(\d+)/', link(running['dashboard']))[1]
+        port = re.search(r':(\d+)/', url_of(running['dashboard']))[1]
         for path in ('', '_nicegui_ws/socket.io/?EIO=4&transport=polling', '?token=wrong'):
             with pytest.raises(urllib.error.HTTPError, match='401'):
                 urllib.request.urlopen(f'http://127.0.0.1:{port}/{path}')
@@ -178,9 +178,10 @@ def test_elsewhere_the_page_asks_for_the_token(domain, tmp_path, chromium):
         page.locator('.world').first.wait_for()
 
 
-def test_a_page_that_only_watches_has_no_brush(domain, tmp_path, chromium):
-    with taught(tmp_path, '-p', 'teach:=false', mentor=['-p', 'mentor:=optimal']) as (_, address):
-        page = opened(chromium, address)
+def test_without_a_human_mentor_the_page_has_no_paint_tools(domain, tmp_path, chromium):
+    mentor = ['-p', 'mentor:=optimal']
+    with running_dashboard(tmp_path, '-p', 'teach:=false', mentor=mentor) as (_, url):
+        page = open_page(chromium, url)
         wait_until(lambda: arrows(page) > 0, "the mentor's arrows")
         assert page.get_by_test_id('tools').count() == 0
 
@@ -189,7 +190,7 @@ def test_a_page_that_only_watches_has_no_brush(domain, tmp_path, chromium):
     ('port:=70000', 'parameter port must lie in [0, 65535], got 70000'),
     ('token:=short', 'parameter token must have at least 8 letters'),
     ('address:=203.0.113.1', 'parameters address and port must be free to listen on')])
-def test_what_cannot_be_served_is_said_in_one_line(domain, argument, sentence):
+def test_an_invalid_address_port_or_token_is_reported_in_one_line(domain, argument, sentence):
     done = run('dashboard', '--ros-args', '-p', argument)
     assert done.returncode == 2
     assert done.stderr.startswith(f'dashboard: {sentence}') and done.stderr.count('\n') == 1

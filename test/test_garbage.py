@@ -20,9 +20,9 @@ from comply_ros.learner.training import Training
 from comply_ros.mentor.mentor_policies import noisy_policy
 from comply_ros.nodes import topics
 from comply_ros.nodes.node_processes import START
-from comply_ros.nodes.run_monitor import is_valid_advice, is_valid_progress
 from comply_ros.numerics.rng import random_streams
 from comply_ros.protocol.messages import Progress
+from comply_ros.protocol.run_view import is_possible_progress
 from comply_ros.storage.map_files import read_map
 from comply_ros.storage.mentor_cache import mentor_policy, read_mentor_spec
 from comply_ros.world.mdp import World
@@ -138,7 +138,7 @@ def test_a_lesson_in_a_flood_of_garbage_ends_with_its_digest_and_its_curve(
     {'finished': True}, {'episodes': 0}])
 def test_a_report_that_cannot_be_right_is_none_of_a_lesson(wrong):
     right = Progress(7, 1, 9, 5, 80, -3.0, float('nan'), 0.5, False)
-    assert is_valid_progress(right) and not is_valid_progress(right._replace(**wrong))
+    assert is_possible_progress(right) and not is_possible_progress(right._replace(**wrong))
 
 
 def test_advice_that_no_cell_has_is_none_of_a_lesson():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The picture of a grid in the browser."""
+"""The picture of a grid as SVG."""
 
 import re
 import xml.etree.ElementTree as ElementTree
@@ -19,54 +19,55 @@ def world():
 
 
 def shapes(svg):
-    """Return the elements of a piece of SVG."""
+    """Return the elements of a layer."""
     return list(ElementTree.fromstring(f'<svg>{svg}</svg>').iter())[1:]
 
 
 def test_a_point_is_in_the_cell_that_is_drawn_there(world):
     for s in range(9):
-        assert grid_svg.cell_at(world.grid, *grid_svg.middle(world.grid, s)) == s
-    assert grid_svg.cell_at(world.grid, 119.9, 0.0) == 8
-    assert grid_svg.cell_at(world.grid, 120.0, 0.0) is None
-    assert grid_svg.cell_at(world.grid, -1.0, 5.0) is None
+        assert grid_svg.state_at(world.grid, *grid_svg.middle(world.grid, s)) == s
+    assert grid_svg.state_at(world.grid, 119.9, 0.0) == 8
+    assert grid_svg.state_at(world.grid, 120.0, 0.0) is None
+    assert grid_svg.state_at(world.grid, -1.0, 5.0) is None
 
 
-def test_obstacles_in_a_row_are_one_shape():
-    assert list(grid_svg.runs('##.#', '#')) == [(0, 2), (3, 1)]
-    assert list(grid_svg.runs('...', '#')) == []
+def test_obstacles_side_by_side_are_one_shape():
+    assert list(grid_svg.spans('##.#', '#')) == [(0, 2), (3, 1)]
+    assert list(grid_svg.spans('...', '#')) == []
 
 
 def test_every_arrow_is_drawn_in_the_colour_of_its_trust(world):
-    advice, trust = np.full(9, NO_ACTION, dtype=np.int8), np.zeros(9, dtype=np.float32)
-    advice[[0, 1, 4]], trust[1] = RIGHT, 1.0  # 4 is an obstacle
+    policy, trust = np.full(9, NO_ACTION, dtype=np.int8), np.zeros(9, dtype=np.float32)
+    policy[[0, 1, 4]], trust[1] = RIGHT, 1.0  # 4 is an obstacle
     paths = {path.get('fill'): path.get('d') for path in shapes(
-        grid_svg.draw_advice(world, advice, trust))}
-    assert paths == {'#cc3311': 'M20 100' + grid_svg.BROAD[RIGHT],
-                     '#009e73': 'M60 100' + grid_svg.BROAD[RIGHT]}
+        grid_svg.mentor_arrows(world, policy, trust))}
+    assert paths == {'#cc3311': 'M20 100' + grid_svg.WIDE[RIGHT],
+                     '#009e73': 'M60 100' + grid_svg.WIDE[RIGHT]}
 
 
 def test_arrows_are_grey_before_any_trust_is_known(world):
-    path, = shapes(grid_svg.draw_advice(world, np.full(9, UP, dtype=np.int8), None))
+    path, = shapes(grid_svg.mentor_arrows(world, np.full(9, UP, dtype=np.int8), None))
     assert path.get('class') == 'unknown' and path.get('d').count('M') == 7
 
 
-def test_the_colour_of_trust_goes_over_orange():
+def test_the_colour_of_trust_goes_from_red_over_orange_to_green():
     assert [grid_svg.trust_colour(p) for p in (0.0, 0.5, 1.0)] == ['#cc3311', '#e69f00', '#009e73']
 
 
-def test_all_pieces_are_well_formed(world):
+def test_all_layers_are_well_formed(world):
     policy = np.where(world.free, RIGHT, NO_ACTION)
-    for svg in (grid_svg.draw_cells(world), grid_svg.draw_policy(world, policy),
-                grid_svg.draw_robot(world.grid, 3, waits=True)):
+    for svg in (grid_svg.cells(world), grid_svg.learner_arrows(world, policy),
+                grid_svg.robot(world.grid, 3, waits=True)):
         assert shapes(svg)
 
 
 def test_the_robot_stands_in_its_cell(world):
-    svg = grid_svg.draw_robot(world.grid, 5)
+    svg = grid_svg.robot(world.grid, 5)
     assert re.search('cx="100" cy="60"', svg) and 'waits' not in svg
 
 
 def test_no_arrows_are_drawn_in_a_map_where_nobody_could_see_them(monkeypatch, world):
-    monkeypatch.setattr(grid_svg, 'MOST_ARROWS', 8)
-    advice = np.full(9, UP, dtype=np.int8)
-    assert grid_svg.draw_advice(world, advice, None) == grid_svg.draw_policy(world, advice) == ''
+    monkeypatch.setattr(grid_svg, 'MAX_CELLS', 8)
+    policy = np.full(9, UP, dtype=np.int8)
+    assert grid_svg.mentor_arrows(world, policy, None) == ''
+    assert grid_svg.learner_arrows(world, policy) == ''

@@ -1,54 +1,54 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The learning curve of the page."""
+"""The learning curve, and its chart on the page."""
 
 import pytest
 
-from comply_ros.dashboard import learning_curve
-from comply_ros.dashboard.curve_echart import bounds, curve_options, running_mean
-from comply_ros.dashboard.learning_curve import Curve
+from comply_ros.dashboard import run_view
+from comply_ros.dashboard.curve_panel import bounds, chart_options, running_mean
+from comply_ros.dashboard.run_view import LearningCurve
 from comply_ros.protocol.messages import Progress
 
 
 def progress(iteration, mean_return=0.0):
-    """Return a `Progress` without end."""
+    """Return a `Progress` of a training without end."""
     return Progress(1, iteration, 0, 15, 100 * iteration, mean_return, 0.5, 1.0, False)
 
 
-def grown(*iterations):
+def curve_of(*iterations):
     """Return a curve after these iterations."""
-    longer = Curve()
+    curve = LearningCurve()
     for iteration in iterations:
-        longer = longer.after(progress(iteration, float(iteration)))
-    return longer
+        curve = curve.extended(progress(iteration, float(iteration)))
+    return curve
 
 
-def test_an_iteration_that_is_said_again_replaces_what_came_after():
-    assert grown(1, 2, 3, 2).iterations == (1, 2)
-    assert grown(1, 2, 3, 1).returns == (1.0,)  # the learner was reset
+def test_an_iteration_that_is_reported_again_replaces_those_from_it_on():
+    assert curve_of(1, 2, 3, 2).iterations == (1, 2)
+    assert curve_of(1, 2, 3, 1).returns == (1.0,)  # the learner was reset
 
 
-def test_a_long_curve_is_thinned_and_keeps_its_newest_point(monkeypatch):
-    monkeypatch.setattr(learning_curve, 'LONGEST', 10)
-    longer = grown(*range(1, 101))
-    assert len(longer.iterations) <= 10 and longer.iterations[-1] == 100
-    assert longer.returns == tuple(map(float, longer.iterations))
+def test_a_long_curve_loses_every_second_point_but_not_its_newest(monkeypatch):
+    monkeypatch.setattr(run_view, 'MAX_POINTS', 10)
+    curve = curve_of(*range(1, 101))
+    assert len(curve.iterations) <= 10 and curve.iterations[-1] == 100
+    assert curve.returns == tuple(map(float, curve.iterations))
 
 
-def test_levels_are_lines_where_they_are_known():
-    names = [line['name'] for line in curve_options(grown(1, 2), 5.84, None)['series']]
+def test_expected_returns_are_lines_where_they_are_known():
+    names = [line['name'] for line in chart_options(curve_of(1, 2), 5.84, None)['series']]
     assert names == ['each', 'learner', 'optimal 5.84']
-    options = curve_options(Curve(), 5.84, -13.824)
+    options = chart_options(LearningCurve(), 5.84, -13.824)
     assert options['series'][-1]['data'] == [[1, -13.824], [10, -13.824]]
 
 
-def test_the_axis_shows_levels_that_do_not_flatten_what_was_learned():
+def test_the_axis_includes_expected_returns_that_do_not_flatten_the_curve():
     assert bounds([1.0, 2.0, 4.0], [6.0]) == (0.0, 7.0)
     assert bounds([1.0, 2.0, 4.0], [6.0, -5.0])[0] == -6.0
     assert bounds([1.0, 2.0, 4.0], [6.0, -100.0])[0] == 0.0
     assert bounds([], []) == (-1.0, 2.0)
 
 
-def test_a_few_first_iterations_do_not_flatten_the_rest():
+def test_a_few_first_iterations_do_not_flatten_the_curve():
     assert bounds([-500.0, *[1.0] * 39], [6.0])[0] == 0.0
     assert bounds([-36.0, *[1.0] * 4], [6.0])[0] == 0.0
 

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The web page that shows a lesson and lets a person be its mentor."""
+"""A web page that shows a run, controls it, and lets a person be its mentor."""

@@ -1,96 +1,90 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pause, step, speed and reset: buttons for what services and parameters do."""
+"""The buttons to pause, step and reset a run, and the slider of its speed."""
 
 from nicegui import ui
 
-from comply_ros.dashboard.notifications import asked
+from comply_ros.dashboard.dashboard_node import DashboardNode, PageState
+from comply_ros.dashboard.header_bar import succeeds
 
 SPEEDS = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, 0.0)
-FASTEST = 'as fast as it goes'
 
 
 class ControlPanel:
-    """Buttons, and the rate that is asked for beside the one that is measured."""
+    """Buttons, and the rate that is set beside the one that is measured."""
 
-    def __init__(self, watcher):
-        self._watcher, self._paused, self._rate = watcher, None, None
+    def __init__(self, node: DashboardNode) -> None:
+        self._node = node
+        self._paused: bool | None = None
+        self._rate: float | None = None
         with ui.column().classes('panel'):
             with ui.row().classes('w-full items-center gap-3'):
                 ui.label('Control').classes('panel-title grow')
-                self._measured = ui.label().classes('soft number').props('data-testid=rate')
-            with ui.row().classes('w-full items-center gap-2'):
-                self._pause = ui.button(icon='pause', on_click=self._hear_pause).props(
-                    'data-testid=pause')
-                self._step = ui.button('Step', icon='skip_next', on_click=self._hear_step).props(
-                    'outline').props('data-testid=step')
-                ui.element('div').classes('grow')
-                ui.button('Reset', icon='restart_alt', on_click=self._ask_reset).props(
-                    'outline color=negative').props('data-testid=reset')
+                self._measured = ui.label().classes('soft number').props(
+                    'data-testid=measured-rate')
+            with ui.row().classes('w-full items-center gap-2 buttons'):
+                self._pause = ui.button(icon='pause', on_click=lambda: succeeds(
+                    node.set_paused(not self._paused))).props('data-testid=pause')
+                self._step = ui.button('Step', icon='skip_next', on_click=lambda: succeeds(
+                    node.step())).props('outline data-testid=step')
+                ui.button('Reset', icon='restart_alt', on_click=self._on_reset).props(
+                    'outline color=negative data-testid=reset').classes('ml-auto')
             with ui.row().classes('w-full items-center gap-3 no-wrap'):
                 self._speed = ui.slider(min=0, max=len(SPEEDS) - 1, step=1, value=0).props(
-                    'dense aria-label=speed').classes('grow').props('data-testid=speed')
-                self._speed.on('change', self._hear_speed)
-                self._wanted = ui.label().classes('soft number').style(
-                    'width: 9.5rem; white-space: nowrap').props(
-                    'data-testid=speed-words')
-        self._dialog = self._make_dialog()
+                    'dense aria-label=speed data-testid=speed').classes('grow')
+                self._speed.on('change', self._on_speed)
+                self._speed_text = ui.label().classes('soft number').style(
+                    'width: 9.5rem; white-space: nowrap').props('data-testid=speed-text')
+        self._confirmation = self._make_confirmation()
 
-    def renew(self, view):
-        """Show a `View`."""
-        if view.paused != self._paused:
-            self._paused = view.paused
-            self._pause.text = 'Resume' if view.paused else 'Pause'
-            self._pause.props(f'icon={"play_arrow" if view.paused else "pause"}')
-        self._step.set_enabled(view.paused)
-        self._show_speed(view.settings.get('grid_world', {}).get('rate'))
-        self._measured.text = rate_words(view)
+    def show(self, state: PageState) -> None:
+        """Show a state of the page."""
+        if state.paused != self._paused:
+            self._paused = state.paused
+            self._pause.text = 'Resume' if state.paused else 'Pause'
+            self._pause.props(f'icon={"play_arrow" if state.paused else "pause"}')
+        self._step.set_enabled(state.paused)
+        rate = state.parameters.get('grid_world', {}).get('rate')
+        if rate is not None and rate.value != self._rate:
+            self._rate = rate.value
+            self._speed.value = nearest_speed(rate.value)
+            self._speed_text.text = speed_text(rate.value)
+        self._measured.text = measured_rate_text(state)
 
-    def _show_speed(self, setting):
-        rate = setting and setting.value
-        if rate != self._rate and rate is not None:
-            self._rate = rate
-            self._speed.value = nearest_speed(rate)
-            self._wanted.text = speed_words(rate)
-
-    async def _hear_pause(self):
-        await asked(self._watcher.pause(not self._paused))
-
-    async def _hear_step(self):
-        await asked(self._watcher.step())
-
-    async def _hear_speed(self):
+    async def _on_speed(self) -> None:
         rate = SPEEDS[int(self._speed.value)]
-        if not await asked(self._watcher.set('grid_world', 'rate', rate)):
+        if not await succeeds(self._node.set_remote_parameter('grid_world', 'rate', rate)):
             self._speed.value = nearest_speed(self._rate or 0.0)
 
-    def _make_dialog(self):
+    async def _on_reset(self) -> None:
+        if await self._confirmation:
+            await succeeds(self._node.reset())
+
+    @staticmethod
+    def _make_confirmation() -> ui.dialog:
         with ui.dialog() as dialog, ui.card():
-            ui.label('Begin anew? The learner forgets all that it has learned; the mentor stays.')
+            ui.label('Reset the run? The learner forgets everything that it has learned. '
+                     'The mentor keeps its policy.')
             with ui.row().classes('w-full justify-end gap-2'):
                 ui.button('Cancel', on_click=lambda: dialog.submit(False)).props('flat')
                 ui.button('Reset', on_click=lambda: dialog.submit(True)).props(
-                    'color=negative').props('data-testid=really')
+                    'color=negative data-testid=confirm-reset')
         return dialog
 
-    async def _ask_reset(self):
-        if await self._dialog:
-            await asked(self._watcher.reset())
 
-
-def nearest_speed(rate):
-    """Place on the slider of the speed that is nearest to a rate; 0.0 is at its end."""
+def nearest_speed(rate: float) -> int:
+    """Index in `SPEEDS` of the speed that is nearest to a rate; 0.0, without a limit, is last."""
     if not rate:
         return len(SPEEDS) - 1
     return min(range(len(SPEEDS) - 1), key=lambda i: abs(SPEEDS[i] - rate))
 
 
-def speed_words(rate):
-    """Words for a rate that is asked for."""
-    return f'{rate:g} step{"" if rate == 1 else "s"} a second' if rate else FASTEST
+def speed_text(rate: float) -> str:
+    """Text of the rate that is set."""
+    return f'{rate:g} step{"" if rate == 1 else "s"} per second' if rate else 'as fast as possible'
 
 
-def rate_words(view):
-    """Words for the rate that the world measured."""
-    if not view.lives('grid_world'):
+def measured_rate_text(state: PageState) -> str:
+    """Text of the rate that the world measures."""
+    if not state.is_alive('grid_world'):
         return ''
-    return f'{view.health["grid_world"].values.get("steps per second", "?")} steps a second now'
+    return f'{state.nodes["grid_world"].values.get("steps per second", "?")} steps per second now'

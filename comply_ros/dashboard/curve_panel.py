@@ -1,54 +1,114 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The learning curve, with the optimal and the mentor's level."""
+"""The learning curve as a chart of ECharts, with the returns that it is compared with."""
 
 import time
+from typing import Any
 
 from nicegui import ui
+import numpy as np
 
-from comply_ros.dashboard.curve_echart import curve_options
-from comply_ros.dashboard.learning_curve import Curve
+from comply_ros.dashboard.dashboard_node import PageState
+from comply_ros.plots.running_mean import running_mean
+from comply_ros.protocol.run_view import LearningCurve, RunReports
 
-LEAST = 0.4  # seconds between two drawings: a chart is more work for a browser than a grid
+PERIOD = 0.4  # least seconds between two drawings: a chart is more work for a browser than a grid
+BLUE, GREEN, ORANGE, GREY = '#2b8fd6', '#009E73', '#E69F00', '#8a919c'  # on light and on dark
 
 
 class CurvePanel:
-    """Chart, and its last point in words."""
+    """The chart, and its last point in words."""
 
-    def __init__(self):
-        self._shown, self._next = None, 0.0
+    def __init__(self) -> None:
+        self._shown: tuple = ()
+        self._not_before = 0.0  # by the steady clock
         with ui.column().classes('panel'):
             ui.label('Learning').classes('panel-title')
-            self._words = ui.label().classes('number').props('data-testid=progress')
-            self._chart = ui.echart(curve_options(Curve(), None, None)).classes('w-full').style(
-                'height: 230px')
-            self._levels = ui.label().classes('soft number').props('data-testid=levels')
+            self._progress = ui.label().classes('number').props('data-testid=progress')
+            self._chart = ui.echart(chart_options(LearningCurve(), None, None)).classes(
+                'w-full').style('height: 230px')
+            self._references = ui.label().classes('soft number').props(
+                'data-testid=reference-returns')
 
-    def renew(self, view):
-        """Show a `View`."""
-        heard = view.sight.heard
-        shown, now = (heard.curve, *view.levels), time.monotonic()
-        self._words.text = progress_words(heard)
-        self._levels.text = level_words(*view.levels)
-        self._levels.visible = bool(self._levels.text)
-        if shown != self._shown and now >= self._next:
-            self._shown, self._next = shown, now + LEAST
+    def show(self, state: PageState) -> None:
+        """Show a state of the page."""
+        reports, now = state.run.reports, time.monotonic()
+        self._progress.text = progress_text(reports)
+        self._references.text = reference_text(*state.reference_returns)
+        self._references.visible = bool(self._references.text)
+        shown = (reports.curve, *state.reference_returns)
+        if shown != self._shown and now >= self._not_before:
+            self._shown, self._not_before = shown, now + PERIOD
             self._chart.options.clear()
-            self._chart.options.update(curve_options(*shown))
+            self._chart.options.update(chart_options(*shown))
             self._chart.update()
 
 
-def progress_words(heard):
+def progress_text(reports: RunReports) -> str:
     """Sentence on the last iteration."""
-    msg = heard.progress
+    msg = reports.progress
     if msg is None:
         return 'No iteration has ended yet.'
-    of = f' of {msg.iterations}' if msg.iterations else ''
+    of_all = f' of {msg.iterations}' if msg.iterations else ''
     trust = '' if msg.confidence != msg.confidence else f', trust {msg.confidence:.2f}'
-    return f'iteration {msg.iteration}{of}: mean return {msg.mean_return:.2f}{trust}'
+    return f'iteration {msg.iteration}{of_all}: mean return {msg.mean_return:.2f}{trust}'
 
 
-def level_words(optimal, mentor):
-    """Words on what the curve is measured against."""
-    parts = [f'{what} earns {value:.2f} an episode' for what, value in (
-        ('The best policy', optimal), ('the mentor alone', mentor)) if value is not None]
-    return ', '.join(parts)
+def reference_text(optimal: float | None, mentor: float | None) -> str:
+    """Text of the expected returns that the curve is compared with, '' where none is known."""
+    known = [f'{name} {value:.2f}' for name, value in (
+        ('optimal policy', optimal), ('mentor alone', mentor)) if value is not None]
+    return 'expected return: ' + ', '.join(known) if known else ''
+
+
+def chart_options(curve: LearningCurve, optimal: float | None, mentor: float | None) -> dict:
+    """Options of a chart of the curve, with a line for each expected return that is known."""
+    x, y = list(curve.iterations), list(curve.returns)
+    references = [(f'{name} {value:.2f}', value, colour, dash) for name, value, colour, dash in (
+        ('optimal', optimal, GREEN, 'solid'), ('mentor', mentor, ORANGE, 'dashed'))
+        if value is not None]
+    end = max(x[-1] if x else 0, 10)
+    low, high = bounds(y, [value for _, value, *_ in references])
+    return {
+        'animation': False, 'textStyle': {'fontFamily': 'inherit'},
+        'grid': {'left': 46, 'right': 12, 'top': 30, 'bottom': 36},
+        'legend': {'top': 0, 'left': 8, 'icon': 'roundRect', 'itemWidth': 16, 'itemHeight': 4,
+                   'textStyle': {'color': GREY}, 'selectedMode': False,
+                   'data': ['learner', *(name for name, *_ in references)]},
+        'tooltip': {'trigger': 'axis', ':valueFormatter': '(value) => value.toFixed(2)'},
+        'xAxis': _axis('iteration', 1, end, 'middle', 24, False),
+        'yAxis': _axis('', low, high, 'end', 0, True),
+        'series': [
+            _line('each', zip(x, y), BLUE, width=1, opacity=0.5),
+            _line('learner', zip(x, running_mean(y).tolist()), BLUE, width=2.5),
+            *(_line(name, [(1, value), (end, value)], colour, dash=dash, z=1)
+              for name, value, colour, dash in references)]}
+
+
+def bounds(returns: list[float], references: list[float]) -> tuple[float, float]:
+    """
+    Return (low, high) of the axis of the returns.
+
+    The first iterations, and a mentor that never arrives, can earn so little that all else would
+    look flat: what is further below the learned returns than twice their span is cut off.
+    """
+    high = max([*returns, *references], default=1.0)
+    worst = max(len(returns) // 20, int(len(returns) >= 5))
+    low = min(sorted(returns)[worst:] or references or [0.0])
+    low = min([low, *(each for each in references if each >= low - 2 * (high - low))])
+    margin = 0.06 * (high - low) or 1.0
+    return float(np.floor(low - margin)), float(np.ceil(high + margin))
+
+
+def _axis(name: str, low: float, high: float, location: str, gap: int, grid_lines: bool) -> dict:
+    return {'type': 'value', 'minInterval': 1, 'min': low, 'max': high,
+            'name': name, 'nameLocation': location, 'nameGap': gap,
+            'nameTextStyle': {'color': GREY}, 'axisLabel': {'color': GREY},
+            'axisLine': {'show': not grid_lines, 'onZero': False, 'lineStyle': {'color': GREY}},
+            'splitLine': {'show': grid_lines, 'lineStyle': {'color': GREY, 'opacity': 0.2}}}
+
+
+def _line(name: str, points: Any, colour: str, width: float = 1.5, opacity: float = 1.0,
+          dash: str = 'solid', z: int = 2) -> dict:
+    return {'type': 'line', 'name': name, 'data': [list(point) for point in points], 'z': z,
+            'showSymbol': False, 'clip': True, 'itemStyle': {'color': colour},
+            'lineStyle': {'color': colour, 'width': width, 'opacity': opacity, 'type': dash}}

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The node that hears a lesson for the page, looks ten times a second, and asks for controls."""
+"""The node of the page: it receives what a run reports, and calls services for the buttons."""
 
+import copy
+from functools import partial
 import time
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import ParameterEvent
@@ -11,210 +13,196 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from std_srvs.srv import SetBool, Trigger
 
 from comply_ros.dashboard.reference_returns import ReferenceReturnsCache
-from comply_ros.dashboard.remote_parameters import RemoteParameters
-from comply_ros.dashboard.run_view import Onlooker, Sight
-from comply_ros.dashboard.service_client import NoAnswerError, ServiceClient
+from comply_ros.dashboard.remote_parameters import RemoteParameter, RemoteParameters
+from comply_ros.dashboard.service_client import ServiceCallError, ServiceClient
 from comply_ros.learner.learner_config import CONFIG_FIELDS
-from comply_ros.nodes import topics
+from comply_ros.nodes import parameters, topics
 from comply_ros.nodes.diagnostics import TOPIC
-from comply_ros.nodes.parameters import ADDRESS, PORT, SafeParameterNode, TEACH, TOKEN
+from comply_ros.protocol.run_view import RunReports, RunView
+from comply_ros.world.mdp import World
 
-LOOK = 0.1  # seconds between two looks: a state in between is not even read
-READS, IDLE = 60, 8  # callbacks in one look, at most, and in a row that bring no report
-EXPECTED = ('grid_world', 'mentor', 'learner')
-SILENT = 3.5  # seconds without a word on /diagnostics after which a node counts as lost
-PAUSE, STEP, RESET, FORGET = (
+PERIOD = 0.1  # seconds between two updates of the page's state
+MAX_CALLBACKS = 60  # in one update
+MAX_IDLE_CALLBACKS = 8  # in a row that bring no report: then an update has received enough
+EXPECTED_NODES = ('grid_world', 'mentor', 'learner')
+LOST_AFTER = 3.5  # seconds without a status after which a node counts as lost
+PAUSE, STEP, RESET, RESET_LEARNER = (
     'grid_world/pause', 'grid_world/step', 'grid_world/reset', 'learner/reset')
-# Only the newest counts, and a node that speaks never waits for a page that hears: best effort.
+# The learner's parameters on the page, by name: description, and choices where there are any.
+LEARNER_PARAMETERS = {
+    **{name: (field.metadata['text'], field.metadata.get('choices'))
+       for name, field in CONFIG_FIELDS.items()},
+    **{each.name: (each.description, each.choices)
+       for each in (parameters.REMEMBERS_ADVICE, parameters.ADVICE_TIMEOUT)}}
+# Of states and actions only the newest counts, and a publisher must never wait for the page.
 NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT,
                     durability=DurabilityPolicy.VOLATILE)
 
 
-class Status(NamedTuple):
-    """How a node said that it is; `heard` in seconds of the monotonic clock."""
+class NodeStatus(NamedTuple):
+    """The last status of a node on /diagnostics; `received`: time by the steady clock."""
 
-    level: int
-    words: str
-    values: dict
+    level: bytes
+    message: str
+    values: dict[str, str]
     process: str
-    heard: float
+    received: float
 
 
-class View(NamedTuple):
-    """
-    All that a page shows, at one moment; it never changes, so that any thread may read it.
+class RunSnapshot(NamedTuple):
+    """A run at one moment: its world, None before it is known, and its reports."""
 
-    Attributes
-    ----------
-    sight: the `Sight` of the lesson.
-    levels: (optimal, mentor): expected returns; None where not known or nobody advises.
-    health: table of `Status` by name of the node.
-    settings: table by node of tables of `RemoteParameter` by name.
-    at, began: when that was, and when it was begun to look, in seconds of the monotonic clock.
+    world: World | None = None
+    reports: RunReports = RunReports()
 
-    """
 
-    sight: Sight = Sight()
-    levels: tuple = (None, None)
-    health: dict = {}
-    settings: dict = {}
-    at: float = 0.0
-    began: float = 0.0
+class PageState(NamedTuple):
+    """All that a page shows at one moment; it never changes, so that any thread may read it."""
 
-    def silent(self, name):
-        """Seconds since a node was heard; None where it never was."""
-        return self.at - self.health[name].heard if name in self.health else None
+    run: RunSnapshot = RunSnapshot()
+    reference_returns: tuple[float | None, float | None] = (None, None)  # of (optimal, mentor)
+    nodes: dict[str, NodeStatus] = {}
+    parameters: dict[str, dict[str, RemoteParameter]] = {}  # by node, then by parameter
+    time: float = 0.0  # of this state, by the steady clock
+    start_time: float = 0.0  # of the dashboard
 
-    def lives(self, name):
-        """Tell whether a node was heard of late."""
-        return name in self.health and self.silent(name) < SILENT
+    def silence(self, name: str) -> float | None:
+        """Seconds since the last status of a node; None where there was none."""
+        return self.time - self.nodes[name].received if name in self.nodes else None
+
+    def is_alive(self, name: str) -> bool:
+        """Whether a node has sent its status lately."""
+        silence = self.silence(name)
+        return silence is not None and silence < LOST_AFTER
 
     @property
-    def paused(self):
-        """Whether the world says that it is paused."""
-        return self.lives('grid_world') and self.health['grid_world'].words.startswith('is paused')
+    def paused(self) -> bool:
+        """Whether the world reports that it is paused."""
+        return self.is_alive('grid_world') and self.nodes['grid_world'].message.startswith(
+            'is paused')
 
 
-class DashboardNode(SafeParameterNode):
-    """
-    Hears everything that is said in a lesson; is spun by `look`.
+class DashboardNode(parameters.SafeParameterNode):
+    """Receives all reports of a run; `update` spins it and renews its `page_state`."""
 
-    Attributes
-    ----------
-    view: the newest `View`.
-    asking: the `ServiceClient` through which the other nodes are asked.
-    settings: the `RemoteParameters` of grid_world and learner, by name.
-    address, port, token, teach: parameters.
-
-    """
-
-    def __init__(self, **kwargs):
+    def __init__(self, **kwargs: Any) -> None:
         super().__init__('dashboard', **kwargs)
         self.address, self.port, self.token, self.teach = (
-            self.declare(each) for each in (ADDRESS, PORT, TOKEN, TEACH))
-        self.view, self.mistake, self._began = View(), None, time.monotonic()
-        self._onlooker, self._levels = Onlooker(), ReferenceReturnsCache()
-        self._health, self._second, self._reports = {}, 0.0, 0
-        self.settings = {name: RemoteParameters(name, names) for name, names in (
-            ('grid_world', ('rate',)),
-            ('learner', (*CONFIG_FIELDS, 'remembers_advice', 'advice_timeout')))}
-        self.asking = ServiceClient(self, [
-            (SetBool, PAUSE), (Trigger, STEP), (Trigger, RESET), (Trigger, FORGET),
-            *(each for one in self.settings.values() for each in one.services())])
-        self._listen_to_all()
+            self.declare(each) for each in (
+                parameters.ADDRESS, parameters.PORT, parameters.TOKEN, parameters.TEACH))
+        self.page_state, self._start_time = PageState(), time.monotonic()
+        self._run_view, self._reference_returns = RunView(), ReferenceReturnsCache()
+        self._nodes: dict[str, NodeStatus] = {}
+        self._last_tick, self._received_reports = 0.0, 0
+        self._service_client = ServiceClient(self)
+        self._remote_parameters = {
+            name: RemoteParameters(name, names, self._service_client) for name, names in (
+                ('grid_world', ('rate',)), ('learner', LEARNER_PARAMETERS))}
+        self._service_client.add(SetBool, PAUSE)
+        for name in (STEP, RESET, RESET_LEARNER):
+            self._service_client.add(Trigger, name)
+        self._subscribe_to_all()
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self)
 
-    def look(self):
-        """Read what was said since the last look, ask what is to be asked, and renew the view."""
-        self.asking.work(LOOK)
-        self._read()
+    def update(self) -> None:
+        """Send pending requests, receive messages, and renew `page_state`; takes 0.1 s."""
+        self._service_client.send_pending(PERIOD)
+        self._receive()
         now = time.monotonic()
-        if now - self._second >= 1.0:
-            self._second = now
-            self._onlooker.look()
-            self._look_at_settings()
-        sight = self._onlooker.sight
-        self.view = View(sight, self._levels.of(sight.world, sight.heard.advice),
-                         {**self._health}, {name: each.now for name, each in
-                                            self.settings.items()}, now, self._began)
+        if now - self._last_tick >= 1.0:
+            self._last_tick = now
+            self._run_view.tick()
+            for name, remote in self._remote_parameters.items():
+                if name in self._nodes:
+                    remote.tick()
+        run = RunSnapshot(self._run_view.world, copy.copy(self._run_view.reports))
+        self.page_state = PageState(
+            run, self._reference_returns.get(run.world, run.reports.mentor_policy),
+            {**self._nodes}, {name: each.current for name, each in
+                              self._remote_parameters.items()}, now, self._start_time)
 
-    def _read(self):
-        """Hear what was said: reports to the last, of states and actions only the newest."""
+    def _receive(self) -> None:
+        """Receive reports until there are no more; of states and actions, only the newest."""
         idle = 0
-        for _ in range(READS):
-            before = self._reports
+        for _ in range(MAX_CALLBACKS):
+            before = self._received_reports
             self._executor.spin_once(timeout_sec=0.0)
-            idle = 0 if self._reports != before else idle + 1
-            if idle == IDLE:
+            idle = 0 if self._received_reports != before else idle + 1
+            if idle == MAX_IDLE_CALLBACKS:
                 return
 
-    def leave(self):
-        """End the executor: the node ends."""
+    def close(self) -> None:
+        """Shut down the executor."""
         self._executor.shutdown()
 
-    async def pause(self, paused):
-        """Pause the world, or let it go on; raises NoAnswerError."""
-        _check(await self.asking.ask(PAUSE, SetBool.Request(data=paused)))
+    async def set_paused(self, paused: bool) -> None:
+        """Pause or resume the world; raises ServiceCallError, as all that follow."""
+        await self._call(PAUSE, SetBool.Request(data=paused))
 
-    async def step(self):
-        """Let a paused world ask exactly one question; raises NoAnswerError."""
-        _check(await self.asking.ask(STEP, Trigger.Request()))
+    async def step(self) -> None:
+        """Have a paused world make one step."""
+        await self._call(STEP, Trigger.Request())
 
-    async def reset(self):
-        """Begin anew, with a learner that knows nothing; raises NoAnswerError."""
-        paused = self.view.paused
-        await self.pause(True)
+    async def reset(self) -> None:
+        """Reset the learner, which forgets everything, and the world, paused meanwhile."""
+        paused = self.page_state.paused
+        await self.set_paused(True)
         try:
-            _check(await self.asking.ask(FORGET, Trigger.Request()))
-            _check(await self.asking.ask(RESET, Trigger.Request()))
+            await self._call(RESET_LEARNER, Trigger.Request())
+            await self._call(RESET, Trigger.Request())
         finally:
             if not paused:
-                await self.pause(False)
+                await self.set_paused(False)
 
-    async def set(self, node, name, value):
-        """Change a parameter of a node; raises NoAnswerError with what it says."""
-        await self.settings[node].set(self.asking, name, value)
+    async def set_remote_parameter(self, node_name: str, name: str, value: Any) -> None:
+        """Set a parameter of another node."""
+        await self._remote_parameters[node_name].set(name, value)
 
-    def _listen_to_all(self):
-        onlooker = self._onlooker
-        for topic, hear, qos in (
-                (topics.WORLD, self._on_world, None),
-                (topics.STATE, onlooker.observe, NEWEST),
-                (topics.ACTION, onlooker.on_action, NEWEST),
-                (topics.EPISODE, onlooker.on_episode, NEWEST),
-                (topics.PROGRESS, onlooker.on_progress, None),
-                (topics.TRUST, onlooker.on_trust, None),
-                (topics.POLICY, onlooker.on_policy, None),
-                (topics.MENTOR_POLICY, onlooker.on_mentor_policy, None)):
-            self._listen(topic, hear, qos or topic.qos)
+    async def _call(self, name: str, request: Any) -> None:
+        response = await self._service_client.call(name, request)
+        if not response.success:
+            raise ServiceCallError(response.message)
+
+    def _subscribe_to_all(self) -> None:
+        for topic in (topics.STATE, topics.ACTION, topics.EPISODE):
+            self.create_subscription(topic.message, topic.name,
+                                     partial(self._on_message, topic, False), NEWEST)
+        for topic in (topics.WORLD, topics.PROGRESS, topics.TRUST, topics.POLICY,
+                      topics.MENTOR_POLICY):
+            self.create_subscription(topic.message, topic.name,
+                                     partial(self._on_message, topic, True), topic.qos)
         self.create_subscription(DiagnosticArray, TOPIC, self._on_diagnostics, 10)
-        self.create_subscription(ParameterEvent, '/parameter_events', self._hear_settings, 10)
+        self.create_subscription(ParameterEvent, '/parameter_events',
+                                 self._on_parameter_event, 10)
 
-    def _listen(self, topic, hear, qos):
-        decode, counts = topics.decoder(topic), qos is not NEWEST
-
-        def take(message):
-            self._reports += counts
-            hear(decode(message))
-        self.create_subscription(topic.message, topic.name, take, qos)
-
-    def _on_world(self, msg):
+    def _on_message(self, topic: topics.Topic, is_report: bool, message: Any) -> None:
+        self._received_reports += is_report
         try:
-            self._onlooker.on_world(msg)
-        except ValueError as error:
-            self.get_logger().warning(f'refused: {error}', once=True)
+            self._run_view.receive(topic.name, topics.decoder(topic)(message))
+        except ValueError as error:  # of a world
+            self.get_logger().warning(f'rejected: {error}', once=True)
 
-    def _on_diagnostics(self, msg):
-        home = self.get_namespace().strip('/')
+    def _on_diagnostics(self, msg: DiagnosticArray) -> None:
         for status in msg.status:
-            place, _, name = status.name.rpartition('/')
-            if place != home or not name:
+            name = self._name_here(status.name)
+            if not name:
                 continue
-            before = self._health.get(name)
-            if before is None or before.process != status.hardware_id:
-                self._ask_for_settings(name)
-            level = status.level[0] if isinstance(status.level, bytes) else status.level
-            self._health[name] = Status(
-                level, ' '.join(status.message.split()), {each.key: each.value for each in
-                                                          status.values},
-                status.hardware_id, time.monotonic())
+            before = self._nodes.get(name)
+            if name in self._remote_parameters and (
+                    before is None or before.process != status.hardware_id):
+                self._remote_parameters[name].current = {}  # of a new process: to be read again
+            self._nodes[name] = NodeStatus(
+                status.level, ' '.join(status.message.split()),
+                {each.key: each.value for each in status.values}, status.hardware_id,
+                time.monotonic())
 
-    def _hear_settings(self, msg):
-        place, _, name = msg.node.rpartition('/')
-        if name in self.settings and place.strip('/') == self.get_namespace().strip('/'):
-            self.settings[name].hear(msg.changed_parameters)
+    def _on_parameter_event(self, msg: ParameterEvent) -> None:
+        name = self._name_here(msg.node)
+        if name in self._remote_parameters:
+            self._remote_parameters[name].on_change(msg.changed_parameters)
 
-    def _ask_for_settings(self, name):
-        if name in self.settings:
-            self.settings[name].now = {}
-
-    def _look_at_settings(self):
-        for name, settings in self.settings.items():
-            if name in self._health and not settings.look():
-                settings.backup(self.asking)
-
-
-def _check(answer):
-    if not answer.success:
-        raise NoAnswerError(answer.message)
+    def _name_here(self, full_name: str) -> str:
+        """Name of a node of this namespace, '' for one of another."""
+        namespace, _, name = full_name.rpartition('/')
+        return name if namespace.strip('/') == self.get_namespace().strip('/') else ''

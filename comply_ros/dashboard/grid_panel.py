@@ -1,109 +1,101 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The grid: the robot, the mentor's arrows and the learner's, and what the pointer paints."""
+"""The picture of the world: the robot, the mentor's and the learner's arrows, and painting."""
 
-from nicegui import ui
+import asyncio
+from collections.abc import Callable
+from typing import Any
 
-from comply_ros.dashboard.grid_svg import (
-    cell_at,
-    draw_advice,
-    draw_cells,
-    draw_policy,
-    draw_robot,
-    MOST_ARROWS,
-    picture_size,
-)
-from comply_ros.dashboard.notifications import say_if_refused
+from nicegui import events, ui
+import numpy as np
+from numpy.typing import NDArray
+
+from comply_ros.dashboard import grid_svg
+from comply_ros.dashboard.dashboard_node import PageState, RunSnapshot
+from comply_ros.dashboard.header_bar import succeeds
+from comply_ros.dashboard.mentor_thread import MentorThread
 from comply_ros.dashboard.paint_tool import PaintTool
 from comply_ros.world.grid import NO_ACTION
+from comply_ros.world.mdp import World
 
 
 class GridPanel:
-    """
-    Picture in layers: only what has changed is sent to the browser.
+    """A picture in layers, of which only those that have changed are sent to the browser."""
 
-    Attributes
-    ----------
-    brush: the `PaintTool` of this page.
-
-    """
-
-    def __init__(self, teacher):
-        self.brush, self._teacher = PaintTool(), teacher
-        self._world, self._drawn, self._layers = None, {}, {}
+    def __init__(self, mentor_thread: MentorThread | None) -> None:
+        self.paint_tool, self._thread = PaintTool(), mentor_thread
+        self._world: World | None = None
+        self._shown: dict[str, tuple] = {}  # by layer: what was drawn
         with ui.column().classes('panel'):
             with ui.row().classes('w-full items-center gap-3'):
                 ui.label('World').classes('panel-title')
-                self._turn = ui.label().classes('soft number grow').props('data-testid=turn')
-                self._own = ui.switch("learner's arrows").props('dense').props('data-testid=own')
-            self._place = ui.element('div').classes('w-full')
+                self._step_id = ui.label().classes('soft number grow').props('data-testid=step-id')
+                self._show_learner = ui.switch("learner's arrows").props(
+                    'dense data-testid=learner-arrows')
+            self._frame = ui.element('div').classes('w-full')
             with ui.row().classes('items-center gap-2 soft'):
                 ui.label("mentor's arrows: not trusted")
                 ui.element('div').classes('scale')
                 ui.label('trusted')
                 self._note = ui.label()
 
-    def renew(self, view):
-        """Show a `View`."""
-        sight = view.sight
-        if sight.world is None:
+    def show(self, state: PageState) -> None:
+        """Show a state of the page."""
+        run, reports = state.run, state.run.reports
+        if run.world is None:
             return
-        if sight.world is not self._world:
-            self._make_picture(sight.world)
-        self._draw('advice', draw_advice, sight.world, self._advice(sight), sight.heard.trust)
-        self._draw('own', draw_policy, sight.world,
-                   sight.heard.policy if self._own.value else None)
-        question = sight.heard.question
-        self._draw('robot', draw_robot, sight.world.grid, question and question.state,
-                   self._waits(question))
-        self._turn.text = '' if question is None else (
-            f'episode {question.episode}, step {question.step}')
+        if run.world is not self._world:
+            self._make_picture(run.world)
+        world, msg = run.world, reports.observation
+        self._draw('mentor', grid_svg.mentor_arrows, world, self._mentor_policy(run),
+                   reports.trust)
+        self._draw('learner', grid_svg.learner_arrows, world,
+                   reports.policy if self._show_learner.value else None)
+        waits = bool(self._thread and self._thread.mentor.steering and msg)
+        self._draw('robot', grid_svg.robot, world.grid, msg and msg.state, waits)
+        self._step_id.text = f'episode {msg.episode}, step {msg.step}' if msg else ''
 
-    def _make_picture(self, world):
-        """Make an empty picture for a world."""
-        self._world, self._drawn = world, {}
-        self._place.clear()
-        width, height = picture_size(world.grid)
-        self._note.text = '' if len(world.free) <= MOST_ARROWS else (
-            f'(no arrows are drawn in more than {MOST_ARROWS} cells)')
-        with self._place:
-            self._image = ui.interactive_image(
-                size=(width, height), content=draw_cells(world), sanitize=False,
-                on_mouse=self._hear_pointer if self._teacher else None,
-                events=['mousedown', 'mousemove', 'mouseup'] if self._teacher else [])
-        self._image.classes('world').style(
-            f'--shape: {width / height:.4f}; --tall: {"55vh" if self._teacher else "70vh"}')
-        if self._teacher:
-            self._image.classes('painting')
-        self._layers = {name: self._image.add_layer() for name in ('advice', 'own', 'robot')}
+    def _make_picture(self, world: World) -> None:
+        """Make the picture of a world, without arrows and robot."""
+        self._world, self._shown = world, {}
+        self._frame.clear()
+        width, height = grid_svg.size(world.grid)
+        self._note.text = '' if len(world.free) <= grid_svg.MAX_CELLS else (
+            f'(arrows are drawn for at most {grid_svg.MAX_CELLS} cells)')
+        with self._frame:
+            image = ui.interactive_image(
+                size=(width, height), content=grid_svg.cells(world), sanitize=False,
+                on_mouse=self._on_pointer if self._thread else None,
+                events=['mousedown', 'mousemove', 'mouseup'] if self._thread else [])
+        image.classes('world painting' if self._thread else 'world').style(
+            f'--shape: {width / height:.4f}; --tall: {"55vh" if self._thread else "70vh"}')
+        self._layers = {name: image.add_layer() for name in ('mentor', 'learner', 'robot')}
 
-    def _draw(self, name, draw, world, *what):
-        """Draw a layer anew if what it shows is another; nothing where the first of it is None."""
-        before = self._drawn.get(name)
-        if before is not None and all(a is b for a, b in zip(before, what)):
+    def _draw(self, layer: str, draw: Callable[..., str], place: Any, *shown: Any) -> None:
+        """Draw a layer if what it shows has changed; nothing where the first of it is None."""
+        before = self._shown.get(layer)
+        if before is None or not all(a is b for a, b in zip(before, shown)):
+            self._shown[layer] = shown
+            self._layers[layer].content = '' if shown[0] is None else draw(place, *shown)
+
+    def _mentor_policy(self, run: RunSnapshot) -> NDArray[np.int8] | None:
+        """Return the mentor's policy; one that is painted here needs no way over a topic."""
+        painted = self._thread.mentor.policy if self._thread else None
+        if painted is not None and run.world and len(painted) == len(run.world.free):
+            return painted
+        return run.reports.mentor_policy
+
+    async def _on_pointer(self, event: events.MouseEventArguments) -> None:
+        world, tool, thread = self._world, self.paint_tool, self._thread
+        if world is None or thread is None:
             return
-        self._drawn[name] = what
-        self._layers[name].content = '' if what[0] is None else draw(world, *what)
-
-    def _advice(self, sight):
-        """Return the mentor's arrows: what is painted here is seen before it went round."""
-        own = self._teacher and self._teacher.mentor.policy
-        return own if own is not None and len(own) == len(sight.world.free) else sight.heard.advice
-
-    def _waits(self, question):
-        return bool(self._teacher and self._teacher.mentor.steering and question)
-
-    def _hear_pointer(self, event):
-        world, brush = self._world, self.brush
-        s = cell_at(world.grid, event.image_x, event.image_y)
+        s = grid_svg.state_at(world.grid, event.image_x, event.image_y)
         if event.type == 'mousedown':
-            self._paint(brush.press(world, s))
-        elif event.type == 'mouseup' or brush.paints and not event.buttons:
-            policy = self._teacher.mentor.policy
-            self._paint(brush.lift(world, [NO_ACTION] * len(world.free) if policy is None
-                                   else policy))
-        elif brush.paints:
-            self._paint(brush.move(world, s))
-
-    def _paint(self, cells):
+            cells = tool.press(world, s)
+        elif event.type == 'mouseup' or tool.painting and not event.buttons:
+            policy = thread.mentor.policy
+            cells = tool.release(world, np.full(len(world.free), NO_ACTION, dtype=np.int8)
+                                 if policy is None else policy)
+        else:
+            cells = tool.move(world, s)
         if cells:
-            say_if_refused(self._teacher.do('paint', cells))
+            await succeeds(asyncio.wrap_future(thread.call('paint', cells)))

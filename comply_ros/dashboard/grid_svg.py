@@ -1,58 +1,63 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A grid as SVG layers: cells, arrows coloured by trust, the learner's arrows, the robot."""
+"""A grid as layers of SVG: cells, the mentor's arrows, the learner's arrows, and the robot."""
+
+from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
-from comply_ros.world.grid import NO_ACTION
+from comply_ros.plots.trust_colors import trust_color
+from comply_ros.world.grid import Grid, NO_ACTION
+from comply_ros.world.mdp import World
 
-CELL = 40  # units of a cell's side
-MOST_ARROWS = 10_000  # cells of a map beyond which no arrows are drawn: nobody could see them
-SHADES = 12  # steps of the colour of trust
-# The colours of session/grid_pictures, told apart with any colour vision, on light and on dark.
-DISTRUST, HALF, TRUST = (204, 51, 17), (230, 159, 0), (0, 158, 115)
-# From the middle of a cell: a broad arrow, and a slim one, for each action.
-BROAD = ('m-16 0l14 -10v6h18v8h-18v6z', 'm16 0l-14 -10v6h-18v8h18v6z',
-         'm0 16l-10 -14h6v-18h8v18h6z', 'm0 -16l-10 14h6v18h8v-18h6z')
-SLIM = ('m9 0h-20m6 -5l-6 5l6 5', 'm-9 0h20m-6 -5l6 5l-6 5',
+CELL = 40  # length of a cell's side
+MAX_CELLS = 10_000  # of a map: in a larger one no arrows are drawn, since nobody could see them
+SHADES = 12  # steps of trust that are told apart by colour
+# An arrow for each action, from the middle of its cell: wide for the mentor, thin for the learner.
+WIDE = ('m-16 0l14 -10v6h18v8h-18v6z', 'm16 0l-14 -10v6h-18v8h18v6z',
+        'm0 16l-10 -14h6v-18h8v18h6z', 'm0 -16l-10 14h6v18h8v-18h6z')
+THIN = ('m9 0h-20m6 -5l-6 5l6 5', 'm-9 0h20m-6 -5l6 5l-6 5',
         'm0 -9v20m-5 -6l5 6l5 -6', 'm0 9v-20m-5 6l5 -6l5 6')
 
 
-def picture_size(grid):
-    """Return (width, height) of the picture of a `Grid`."""
+def size(grid: Grid) -> tuple[int, int]:
+    """Return (width, height) of the picture of a grid."""
     return grid.width * CELL, grid.height * CELL
 
 
-def cell_at(grid, x, y):
+def state_at(grid: Grid, x: float, y: float) -> int | None:
     """State of the cell at a point of the picture, None outside."""
     column, row = int(x // CELL), grid.height - 1 - int(y // CELL)
     inside = 0 <= column < grid.width and 0 <= row < grid.height
     return row * grid.width + column if inside else None
 
 
-def middle(grid, s):
+def middle(grid: Grid, s: int) -> tuple[int, int]:
     """Return (x, y) of the middle of the cell of state s in the picture."""
     x, y = grid.place(s)
     return x * CELL + CELL // 2, (grid.height - 1 - y) * CELL + CELL // 2
 
 
-def draw_cells(world):
-    """SVG of what never moves: obstacles, lines, goals, and the starts where they are few."""
+def cells(world: World) -> str:
+    """SVG of what never moves: lines, obstacles, goals, and the starts where they are few."""
     grid = world.grid
-    width, height = picture_size(grid)
+    width, height = size(grid)
     lines = [f'M{x} 0V{height}' for x in range(0, width + 1, CELL)]
     lines += [f'M0 {y}H{width}' for y in range(0, height + 1, CELL)]
     walls = [f'M{x * CELL} {y * CELL}h{length * CELL}v{CELL}h-{length * CELL}z'
-             for y, row in enumerate(grid.rows) for x, length in runs(row, '#')]
-    signs = [star(*middle(grid, int(s))) for s in np.flatnonzero(world.terminal)]
-    starts = world.starts if len(world.starts) <= 16 else ()
-    signs += ['<circle cx="{}" cy="{}" r="16" class="start"/>'.format(*middle(grid, int(s)))
-              for s in starts]
+             for y, row in enumerate(grid.rows) for x, length in spans(row, '#')]
+    marks = []
+    for x, y in (middle(grid, s) for s in np.flatnonzero(world.terminal).tolist()):
+        marks.append(f'<path d="M{x} {y - 15}l4.4 10.2 11 .9-8.4 7.3 2.6 10.8-9.6-5.8-9.6 5.8 '
+                     '2.6-10.8-8.4-7.3 11-.9z" class="goal"/>')
+    for s in world.starts.tolist() if len(world.starts) <= 16 else ():
+        marks.append('<circle cx="{}" cy="{}" r="16" class="start"/>'.format(*middle(grid, s)))
     return (f'<path d="{"".join(lines)}" class="lines"/>'
-            f'<path d="{"".join(walls)}" class="wall"/>{"".join(signs)}')
+            f'<path d="{"".join(walls)}" class="wall"/>{"".join(marks)}')
 
 
-def runs(row, sign):
-    """Yield (first, length) of each row of equal signs in a text."""
+def spans(row: str, sign: str) -> Iterator[tuple[int, int]]:
+    """Yield (first index, length) of each group of equal signs in a text."""
     first = row.find(sign)
     while first >= 0:
         length = len(row[first:]) - len(row[first:].lstrip(sign))
@@ -60,39 +65,34 @@ def runs(row, sign):
         first = row.find(sign, first + length)
 
 
-def star(x, y):
-    """SVG of a goal."""
-    return (f'<path d="M{x} {y - 15}l4.4 10.2 11 .9-8.4 7.3 2.6 10.8-9.6-5.8-9.6 5.8 '
-            f'2.6-10.8-8.4-7.3 11-.9z" class="goal"/>')
-
-
-def draw_advice(world, advice, trust):
+def mentor_arrows(world: World, policy: NDArray[np.int8],
+                  trust: NDArray[np.float32] | None) -> str:
     """
-    SVG of the mentor's arrows, red where it is not trusted, green where it is.
+    SVG of the mentor's arrows, from red (not trusted) over orange to green (trusted).
 
-    advice: `a[s]`, -1 for none. trust: `p[s]` in [0, 1], or None: grey.
+    policy: `a[s]`, -1 for no advice. trust: `p[s]` in [0, 1], or None: the arrows are grey.
     """
-    states = np.flatnonzero(world.free & (advice != NO_ACTION))
-    if len(world.free) > MOST_ARROWS:
+    states = np.flatnonzero(world.free & (policy != NO_ACTION))
+    if len(world.free) > MAX_CELLS:
         return ''
     if trust is None:
-        return f'<path d="{_arrows(world.grid, states, advice, BROAD)}" class="unknown"/>'
+        return f'<path d="{_arrows(world.grid, states, policy, WIDE)}" class="unknown"/>'
     shades = np.rint(trust[states] * SHADES)
     return ''.join(
-        f'<path d="{_arrows(world.grid, states[shades == shade], advice, BROAD)}" '
-        f'fill="{trust_colour(shade / SHADES)}"/>' for shade in np.unique(shades).tolist())
+        f'<path d="{_arrows(world.grid, states[shades == shade], policy, WIDE)}" '
+        f'fill="{trust_color(shade / SHADES)}"/>' for shade in np.unique(shades).tolist())
 
 
-def draw_policy(world, policy):
-    """SVG of the learner's own arrows: slim, blue, on top of the mentor's."""
-    if len(world.free) > MOST_ARROWS:
+def learner_arrows(world: World, policy: NDArray[np.int8]) -> str:
+    """SVG of the learner's arrows: thin, blue, on top of the mentor's."""
+    if len(world.free) > MAX_CELLS:
         return ''
-    d = _arrows(world.grid, np.flatnonzero(world.free & (policy != NO_ACTION)), policy, SLIM)
-    return f'<path d="{d}" class="halo"/><path d="{d}" class="own"/>'
+    path = _arrows(world.grid, np.flatnonzero(world.free & (policy != NO_ACTION)), policy, THIN)
+    return f'<path d="{path}" class="halo"/><path d="{path}" class="learner"/>'
 
 
-def draw_robot(grid, s, waits=False):
-    """SVG of the robot in state s; waits: whether it waits for a person to steer."""
+def robot(grid: Grid, s: int, waits: bool = False) -> str:
+    """SVG of the robot in state s; waits: whether it waits for a person who steers."""
     x, y = middle(grid, s)
     ring = f'<circle cx="{x}" cy="{y}" r="18" class="waits"/>' if waits else ''
     return (f'{ring}<g class="robot"><circle cx="{x}" cy="{y}" r="13"/>'
@@ -100,13 +100,7 @@ def draw_robot(grid, s, waits=False):
             f'<circle cx="{x + 4.5}" cy="{y - 2}" r="2.6" class="eye"/></g>')
 
 
-def trust_colour(p):
-    """Colour of a trust in [0, 1]: red, orange in the middle, green."""
-    low, high, share = (DISTRUST, HALF, 2 * p) if p < 0.5 else (HALF, TRUST, 2 * p - 1)
-    red, green, blue = (round(a + (b - a) * share) for a, b in zip(low, high))
-    return f'#{red:02x}{green:02x}{blue:02x}'
-
-
-def _arrows(grid, states, actions, shapes):
+def _arrows(grid: Grid, states: NDArray[np.intp], actions: NDArray[np.int8],
+            shapes: tuple[str, ...]) -> str:
     return ''.join('M{} {}'.format(*middle(grid, s)) + shapes[a]
                    for s, a in zip(states.tolist(), actions[states].tolist()))

@@ -1,67 +1,78 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The top of the page: which lesson this is, and what stops it, if anything does."""
+"""The top of the page: which run it shows, what stops it, and errors for the reader."""
+
+from collections.abc import Awaitable
+from typing import Any
 
 from nicegui import ui
 
-from comply_ros.dashboard.dashboard_node import EXPECTED, SILENT
+from comply_ros.dashboard.dashboard_node import EXPECTED_NODES, LOST_AFTER, PageState
+from comply_ros.dashboard.service_client import ServiceCallError
 
-COLOURS = {'runs': 'positive', 'paused': 'warning', 'stands still': 'negative'}
-START = {'grid_world': 'scripts/run grid_world', 'mentor': 'scripts/run mentor',
-         'learner': 'scripts/run learner'}
+COLOURS = {'running': 'positive', 'paused': 'warning', 'stopped': 'negative'}
 
 
 class HeaderBar:
-    """Title, state of the lesson, and an alarm that says who is missing."""
+    """Title, state of the run, and an alarm that names missing nodes."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         with ui.row().classes('w-full items-center gap-3 no-wrap'):
             ui.label('comply_ros').classes('text-lg font-semibold')
             self._world = ui.label().classes('soft grow ellipsis')
-            self._state = ui.badge().props('outline').classes('number').props('data-testid=state')
-            self._dark = ui.dark_mode(None)
-            with ui.button(icon='contrast', on_click=self._next_dark).props(
+            self._run_state = ui.badge().props('outline data-testid=run-state').classes('number')
+            dark_mode = ui.dark_mode(None)
+            with ui.button(icon='contrast', on_click=lambda: dark_mode.set_value(
+                    not dark_mode.value)).props(
                     'flat round dense color=grey aria-label="light or dark"'):
                 ui.tooltip('light or dark')
-        self._alarm = ui.label().classes('alarm').props('role=alert').props('data-testid=alarm')
+        self._alarm = ui.label().classes('alarm').props('role=alert data-testid=alarm')
 
-    def renew(self, view):
-        """Show a `View`."""
-        described = view.sight.described
-        self._world.text = '' if described is None else (
-            f'{described.name}, {described.width} x {described.height}, run {described.run}')
-        words = state_words(view)
-        self._state.text = words
-        self._state.props(f'color={COLOURS.get(words, "grey")}')
-        self._alarm.text = alarm(view)
+    def show(self, state: PageState) -> None:
+        """Show a state of the page."""
+        world = state.run.reports.description
+        self._world.text = '' if world is None else (
+            f'{world.name}, {world.width} x {world.height}, run {world.run}')
+        self._run_state.text = text = run_state_text(state)
+        self._run_state.props(f'color={COLOURS.get(text, "grey")}')
+        self._alarm.text = alarm_text(state)
         self._alarm.visible = bool(self._alarm.text)
 
-    def _next_dark(self):
-        self._dark.value = not self._dark.value
 
-
-def state_words(view):
-    """One word or two for what the lesson does."""
-    if view.sight.described is None:
+def run_state_text(state: PageState) -> str:
+    """Text of what the run does."""
+    if state.run.reports.description is None:
         return 'no world yet'
-    if not all(view.lives(name) for name in ('grid_world', 'learner')):
-        return 'stands still'
-    if view.paused:
+    if not (state.is_alive('grid_world') and state.is_alive('learner')):
+        return 'stopped'
+    if state.paused:
         return 'paused'
-    progress = view.sight.heard.progress
-    return 'has finished' if progress and progress.finished else 'runs'
+    progress = state.run.reports.progress
+    return 'finished' if progress and progress.finished else 'running'
 
 
-def alarm(view):
-    """Sentences on who is lost or missing; '' while nobody is."""
-    return ' '.join(sentence for sentence in (_missing(view, name) for name in EXPECTED)
-                    if sentence)
+def alarm_text(state: PageState) -> str:
+    """Sentences on the nodes that are lost or missing; '' where there are none."""
+    sentences = []
+    for name in EXPECTED_NODES:
+        silence = state.silence(name)
+        just_started = silence is None and state.time - state.start_time < LOST_AFTER
+        if not state.is_alive(name) and not just_started:
+            since = '' if silence is None else f' for {silence:.0f} s'
+            sentences.append(f'The {name} has sent no status{since}: '
+                             f'start it with scripts/run {name}.')
+    return ' '.join(sentences)
 
 
-def _missing(view, name):
-    if view.lives(name):
-        return ''
-    silent = view.silent(name)
-    if silent is None and view.at - view.began < SILENT:
-        return ''  # it speaks once a second, and may not have had its turn yet
-    since = 'is not heard' if silent is None else f'has been silent for {silent:.0f} s'
-    return f'The {name} {since}: start it with {START[name]}.'
+def show_error(text: str) -> None:
+    """Show a sentence at the top of the page for some seconds."""
+    ui.notify(text, type='negative', position='top', multi_line=True, timeout=7000)
+
+
+async def succeeds(action: Awaitable[Any]) -> bool:
+    """Await an action; show its error on the page, and return whether there was none."""
+    try:
+        await action
+    except (ServiceCallError, ValueError) as error:
+        show_error(str(error))
+        return False
+    return True

@@ -1,55 +1,48 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How each node is, in the words that it says on /diagnostics."""
+"""The status of each node, as it publishes it on /diagnostics."""
+
+from collections import Counter
 
 from nicegui import ui
 
-from comply_ros.dashboard.dashboard_node import EXPECTED
-from comply_ros.nodes.diagnostics import ERROR, OK, WARN
+from comply_ros.dashboard.dashboard_node import EXPECTED_NODES, PageState
+from comply_ros.nodes.diagnostics import OK, WARN
+
+DOTS = {OK: 'well', WARN: 'waiting'}  # CSS class by level; every other level is 'ill'
 
 
 class HealthPanel:
-    """A line for each node."""
+    """A coloured dot and a line of text for each node."""
 
-    def __init__(self):
-        self._rows = {}
+    def __init__(self) -> None:
+        self._rows: dict[str, tuple[ui.element, ui.label]] = {}
         with ui.column().classes('panel') as self._panel:
             ui.label('Nodes').classes('panel-title')
 
-    def renew(self, view):
-        """Show a `View`."""
-        for name in dict.fromkeys((*EXPECTED, *view.health)):
+    def show(self, state: PageState) -> None:
+        """Show a state of the page."""
+        for name in dict.fromkeys((*EXPECTED_NODES, *state.nodes)):
             if name not in self._rows:
-                self._rows[name] = self._make_row(name)
-            dot, words = self._rows[name]
-            words.text, kind = health_words(view, name)
+                with self._panel, ui.element('div').classes('node'):
+                    dot = ui.element('div').classes('dot')
+                    ui.label(name)
+                    self._rows[name] = dot, ui.label().classes('words').props(
+                        f'data-testid=health-{name}')
+            dot, label = self._rows[name]
+            label.text, kind = health_text(state, name)
             dot.classes(replace=f'dot {kind}')
 
-    def _make_row(self, name):
-        with self._panel, ui.element('div').classes('node'):
-            dot = ui.element('div').classes('dot')
-            ui.label(name)
-            return dot, ui.label().classes('words').props(f'data-testid=health-{name}')
 
-
-def health_words(view, name):
-    """Words on a node, and its kind: well, waiting, ill, or '' for one that was never heard."""
-    if name not in view.health:
-        return 'is not heard', ''
-    if not view.lives(name):
-        return f'is lost: silent for {view.silent(name):.0f} s', 'ill'
-    status = view.health[name]
-    kinds = {_number(OK): 'well', _number(WARN): 'waiting', _number(ERROR): 'ill'}
-    return ', '.join([status.words, *counts(status.values)]), kinds.get(status.level, 'ill')
-
-
-def counts(values):
-    """Yield words on what a node has rejected and ignored."""
-    for what in ('rejected', 'ignored'):
-        number = sum(int(value) for key, value in values.items()
-                     if key.startswith(f'{what}: ') and value.isdigit())
-        if number:
-            yield f'{what} {number}'
-
-
-def _number(level):
-    return level[0] if isinstance(level, bytes) else level
+def health_text(state: PageState, name: str) -> tuple[str, str]:
+    """Text on a node, and the CSS class of its dot: '' for a node that never sent a status."""
+    if name not in state.nodes:
+        return 'has sent no status', ''
+    if not state.is_alive(name):
+        return f'lost: no status for {state.silence(name):.0f} s', 'ill'
+    status, counts = state.nodes[name], Counter()
+    for key, value in status.values.items():
+        kind, colon, _ = key.partition(': ')  # messages are counted by what happened to them
+        if colon and value.isdigit():
+            counts[kind] += int(value)
+    parts = [status.message, *(f'{kind} {count}' for kind, count in counts.items() if count)]
+    return ', '.join(parts), DOTS.get(status.level, 'ill')

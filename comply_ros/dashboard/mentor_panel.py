@@ -1,34 +1,41 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where a person is the mentor: brush, policy files, generated mentors, and steering."""
+"""The tools of a human mentor: painting, policy files, generated mentors, and steering."""
 
 import asyncio
 import secrets
+from typing import Any
 
-from nicegui import ui
+from nicegui import events, ui
+import numpy as np
+from numpy.typing import NDArray
 
-from comply_ros.dashboard.notifications import complain, say_if_refused
-from comply_ros.dashboard.paint_tool import FOLLOW
+from comply_ros.dashboard.dashboard_node import PageState
+from comply_ros.dashboard.header_bar import show_error, succeeds
+from comply_ros.dashboard.mentor_thread import MentorThread
+from comply_ros.dashboard.paint_tool import FOLLOW, PaintTool
 from comply_ros.mentor.advice_budget import MentorError
 from comply_ros.mentor.mentor_policies import KINDS
-from comply_ros.mentor.policy_text import format_policy, parse_policy, PolicyError
+from comply_ros.mentor.policy_text import format_policy, parse_policy
 from comply_ros.numerics.rng import SEED_LIMIT
-from comply_ros.world.grid import ARROWS, DOWN, LEFT, NO_ACTION, RIGHT, UP
+from comply_ros.world.grid import DOWN, LEFT, NO_ACTION, RIGHT, UP
+from comply_ros.world.mdp import World
 
-TOOLS = {FOLLOW: 'follow', **{a: '←→↓↑'[a] for a in range(len(ARROWS))}, NO_ACTION: 'erase'}
+TOOLS = {FOLLOW: 'follow', LEFT: '←', RIGHT: '→', DOWN: '↓', UP: '↑', NO_ACTION: 'erase'}
 KEYS = {'ArrowLeft': LEFT, 'ArrowRight': RIGHT, 'ArrowDown': DOWN, 'ArrowUp': UP}
-LARGEST = 20_000_000  # bytes of a policy file: a line for each of 4096 rows fits
+MAX_FILE_SIZE = 20_000_000  # bytes of a policy file: the largest grid fits, 4096 x 4096
 
 
 class MentorPanel:
-    """Tools for painting, and how far the learner trusts the person."""
+    """Tools for painting, and how far the learner trusts the human mentor."""
 
-    def __init__(self, teacher, brush):
-        self._teacher, self._brush, self._world = teacher, brush, None
+    def __init__(self, mentor_thread: MentorThread, paint_tool: PaintTool) -> None:
+        self._thread, self._mentor = mentor_thread, mentor_thread.mentor
+        self._world: World | None = None
         with ui.column().classes('panel'):
             with ui.row().classes('w-full items-center gap-3'):
                 ui.label('You are the mentor').classes('panel-title grow')
                 self._trust = ui.label().classes('number').props('data-testid=trust')
-            self._make_brush()
+            self._make_paint_tools(paint_tool)
             with ui.row().classes('w-full items-center gap-2'):
                 self._make_generator()
                 ui.space()
@@ -36,142 +43,127 @@ class MentorPanel:
             self._make_spoiler()
             self._make_steering()
 
-    def renew(self, view):
-        """Show a `View`."""
-        self._world = view.sight.world
-        self._trust.text = trust_words(view)
-        self._steering.value = self._teacher.mentor.steering
-        self._patience.text = f'the robot waits {self._teacher.patience:g} s for a key'
+    def show(self, state: PageState) -> None:
+        """Show a state of the page."""
+        self._world = state.run.world
+        self._trust.text = trust_text(state)
+        self._steering.value = self._mentor.steering
+        patience = self._mentor.get_parameter('patience').value
+        self._patience.text = f'the robot waits {patience:g} s for a key'
 
-    def _make_brush(self):
+    def _make_paint_tools(self, paint_tool: PaintTool) -> None:
         with ui.row().classes('w-full items-center gap-2'):
-            tools = ui.toggle(TOOLS, value=FOLLOW, on_change=lambda event: setattr(
-                self._brush, 'tool', event.value))
-            tools.props('no-caps dense unelevated toggle-color=primary padding="4px 12px"')
-            tools.props('data-testid=tools')
+            ui.toggle(TOOLS, value=FOLLOW).bind_value_to(paint_tool, 'tool').props(
+                'no-caps dense unelevated toggle-color=primary padding="4px 12px" '
+                'data-testid=tools')
             ui.space()
-            ui.button('Clear', icon='layers_clear', on_click=self._clear).props(
-                'flat dense no-caps').props('data-testid=clear')
-        ui.label('Drag over cells: arrows follow the pointer, or are those of the tool. '
-                 'A click turns an arrow.').classes('soft')
+            ui.button('Clear', icon='layers_clear', on_click=lambda: self._change('erase')).props(
+                'flat dense no-caps data-testid=clear')
+        ui.label('Drag over cells to paint arrows: with "follow" they point where you drag. '
+                 'Click a cell to change its arrow.').classes('soft')
 
-    def _make_files(self):
-        self._upload = ui.upload(
-            on_upload=self._load, auto_upload=True, max_file_size=LARGEST,
-            on_rejected=lambda: complain(f'a policy file must have at most {LARGEST} bytes'))
-        self._upload.classes('hidden')
-        ui.button('Load', icon='upload', on_click=lambda: self._upload.run_method(
-            'pickFiles')).props('flat dense no-caps').props('data-testid=load')
-        ui.button('Save', icon='download', on_click=self._save).props(
-            'flat dense no-caps').props('data-testid=save')
+    def _make_files(self) -> None:
+        upload = self._upload = ui.upload(
+            on_upload=self._on_upload, auto_upload=True, max_file_size=MAX_FILE_SIZE,
+            on_rejected=lambda: show_error(
+                f'a policy file must have at most {MAX_FILE_SIZE} bytes')).classes('hidden')
+        ui.button('Load', icon='upload', on_click=lambda: upload.run_method('pickFiles')).props(
+            'flat dense no-caps data-testid=load')
+        ui.button('Save', icon='download', on_click=self._on_save).props(
+            'flat dense no-caps data-testid=save')
 
-    def _make_generator(self):
+    def _make_generator(self) -> None:
         kinds = [kind for kind in KINDS if kind not in ('file', 'none')]
         self._kind = ui.select(kinds, value='snapshot').props(
-            'dense outlined options-dense aria-label="kind of mentor"').props('data-testid=kind')
+            'dense outlined options-dense aria-label="kind of mentor" data-testid=kind')
         self._value = ui.number(value=0.75, min=0, max=1, step=0.05).props(
             'dense outlined aria-label="quality or noise"').style('width: 5rem')
-        self._value.bind_visibility_from(self._kind, 'value', lambda kind: ':' in KINDS[kind])
+        self._value.bind_visibility_from(self._kind, 'value', _takes_value)
         self._seed = ui.number(value=0, min=0, precision=0, prefix='seed').props(
             'dense outlined aria-label=seed').style('width: 6rem')
-        self._use = ui.button('Start from it', on_click=self._generate).props(
-            'outline dense no-caps padding="4px 10px"').props('data-testid=generate')
+        self._generate = ui.button('Generate', on_click=self._on_generate).props(
+            'outline dense no-caps padding="4px 10px" data-testid=generate')
 
-    def _make_spoiler(self):
+    def _make_spoiler(self) -> None:
         with ui.row().classes('w-full items-center gap-3 no-wrap'):
-            ui.label('Spoil').classes('soft')
             share = ui.slider(min=0, max=100, step=5, value=20).props(
                 'dense aria-label="share of states"').classes('grow').style('max-width: 14rem')
             ui.label().classes('soft number').style('width: 6.5rem').bind_text_from(
                 share, 'value', lambda value: f'{value:.0f} % of states')
-            ui.button('Spoil', icon='casino', on_click=lambda: self._spoil(
-                share.value / 100)).props(
-                    'outline dense no-caps padding="4px 10px" data-testid=spoil')
+            with ui.button('Spoil', icon='casino', on_click=lambda: self._change(
+                    'spoil', share.value / 100, secrets.randbelow(2 ** 32))).props(
+                    'outline dense no-caps no-wrap padding="4px 10px" data-testid=spoil'):
+                ui.tooltip('put random actions into this share of the states')
 
-    def _make_steering(self):
+    def _make_steering(self) -> None:
         with ui.row().classes('w-full items-center gap-3 no-wrap'):
             self._steering = ui.switch('steer with the arrow keys').props('dense')
-            self._steering.on('update:model-value', lambda: say_if_refused(
-                self._teacher.take_the_wheel(self._steering.value)))
+            self._steering.on('update:model-value', lambda: succeeds(asyncio.wrap_future(
+                self._thread.set_steering(self._steering.value))))
             self._patience = ui.label().classes('soft')
-        ui.keyboard(self._hear_key, ignore=['input', 'select', 'textarea'])
+        ui.keyboard(self._on_key, ignore=['input', 'select', 'textarea'])
 
-    def _do(self, deed, *arguments):
-        say_if_refused(self._teacher.do(deed, *arguments))
+    async def _call(self, name: str, *arguments: Any) -> None:
+        await succeeds(asyncio.wrap_future(self._thread.call(name, *arguments)))
 
-    def _hear_key(self, event):
-        if event.key.name in KEYS and self._teacher.mentor.steering and event.action.keydown:
-            self._do('steer', KEYS[event.key.name])
+    async def _change(self, name: str, *arguments: Any) -> None:
+        if self._policy() is not None:
+            await self._call(name, *arguments)
 
-    def _policy(self):
-        """Return the painted policy, or None with a complaint where there is no world yet."""
-        policy = self._teacher.mentor.policy
+    async def _on_key(self, event: events.KeyEventArguments) -> None:
+        if event.key.name in KEYS and self._mentor.steering and event.action.keydown:
+            await self._call('steer', KEYS[event.key.name])
+
+    def _policy(self) -> NDArray[np.int8] | None:
+        """Return the painted policy; where there is no world yet, show that and return None."""
+        policy = self._mentor.policy
         if policy is None or self._world is None or len(policy) != len(self._world.free):
-            complain('a policy is painted in a world, and none is heard yet: start grid_world')
+            show_error('a policy needs a world, and none is known yet: start grid_world')
             return None
         return policy
 
-    def _clear(self):
-        if self._policy() is not None:
-            self._do('erase')
-
-    def _save(self):
+    def _on_save(self) -> None:
         policy = self._policy()
         if policy is not None:
             ui.download.content(format_policy(policy, self._world), 'mentor.txt', 'text/plain')
 
-    async def _load(self, event):
+    async def _on_upload(self, event: events.UploadEventArguments) -> None:
         self._upload.reset()
         if self._policy() is None:
             return
         try:
-            text = (await event.file.read()).decode()
-            self._do('use', parse_policy(text, self._world))
+            policy = parse_policy((await event.file.read()).decode(), self._world)
         except UnicodeDecodeError:
-            complain(f'a policy file must be text, got {event.file.name!r}')
-        except PolicyError as error:
-            complain(f'{event.file.name}: {error}')
+            show_error(f'a policy file must be text, got {event.file.name!r}')
+        except ValueError as error:
+            show_error(f'{event.file.name}: {error}')
+        else:
+            await self._call('use', policy)
 
-    async def _generate(self):
+    async def _on_generate(self) -> None:
         if self._policy() is None:
             return
-        self._use.props('loading')
+        kind, seed = self._kind.value, self._seed.value
+        spec = f'{kind}:{self._value.value}' if _takes_value(kind) else kind
+        self._generate.props('loading')
         try:
-            seed = checked_seed(self._seed.value)
-            made = await asyncio.wrap_future(self._teacher.do('begin_from', self._spec(), seed))
-            await asyncio.wrap_future(made)
+            if seed is None or not 0 <= seed <= SEED_LIMIT:
+                raise MentorError(f'seed must lie in [0, {SEED_LIMIT}], got {seed}')
+            used = await asyncio.wrap_future(self._thread.call('begin_from', spec, int(seed)))
+            await asyncio.wrap_future(used)
         except (ArithmeticError, ValueError) as error:
-            complain(str(error))
+            show_error(str(error))
         finally:
-            self._use.props(remove='loading')
-
-    def _spec(self):
-        kind = self._kind.value
-        valued = ':' in KINDS[kind]
-        return f'{kind}:{self._value.value}' if valued else kind
-
-    def _spoil(self, share):
-        if self._policy() is not None:
-            self._do('spoil', share, secrets.randbelow(2 ** 32))
+            self._generate.props(remove='loading')
 
 
-def checked_seed(value):
-    """
-    Return a seed as an int.
-
-    Raises
-    ------
-    MentorError: for one out of its range.
-
-    """
-    if value is None or not 0 <= value <= SEED_LIMIT:
-        raise MentorError(f'seed must lie in [0, {SEED_LIMIT}], got {value}')
-    return int(value)
+def _takes_value(kind: str) -> bool:
+    return ':' in KINDS[kind]
 
 
-def trust_words(view):
-    """Words on how far the learner trusted the person in the last iteration."""
-    msg = view.sight.heard.progress
-    if msg is None or msg.confidence != msg.confidence:
+def trust_text(state: PageState) -> str:
+    """Text of how far the learner trusted its mentor in the last iteration."""
+    progress = state.run.reports.progress
+    if progress is None or progress.confidence != progress.confidence:
         return 'no trust yet: no decision had advice'
-    return f'trust in you {msg.confidence:.2f}'
+    return f'trust in you {progress.confidence:.2f}'

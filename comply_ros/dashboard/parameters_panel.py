@@ -1,83 +1,75 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The learner's parameters, to be seen and changed while it runs."""
+"""The learner's parameters, which can be seen and changed while it runs."""
+
+from typing import Any
 
 from nicegui import ui
 
-from comply_ros.dashboard.notifications import asked
-from comply_ros.learner.learner_config import CONFIG_FIELDS
-from comply_ros.nodes.parameters import ADVICE_TIMEOUT, REMEMBERS_ADVICE
+from comply_ros.dashboard.dashboard_node import DashboardNode, LEARNER_PARAMETERS, PageState
+from comply_ros.dashboard.header_bar import succeeds
+from comply_ros.dashboard.remote_parameters import RemoteParameter
 
 
-def described():
-    """Yield (name, meaning, choices) of each parameter."""
-    for name, field in CONFIG_FIELDS.items():
-        yield name, field.metadata['text'], field.metadata.get('choices')
-    for parameter in (REMEMBERS_ADVICE, ADVICE_TIMEOUT):
-        yield parameter.name, parameter.description, None
+class ParametersPanel:
+    """An input for each parameter, made when the learner has reported its values."""
 
-
-class SettingsPanel:
-    """An input for each parameter, made when the learner has told its values."""
-
-    def __init__(self, watcher):
-        self._watcher, self._shown, self._inputs = watcher, {}, {}
-        with ui.element('div').classes('panel'), ui.expansion(
-                "Learner's parameters").classes('w-full').props(
-                'dense dense-toggle header-class="panel-title q-px-none" data-testid=settings'):
-            self._search = ui.input(placeholder='search', on_change=self._filter).props(
+    def __init__(self, node: DashboardNode) -> None:
+        self._node = node
+        self._shown: dict[str, RemoteParameter] = {}
+        self._inputs: dict[str, Any] = {}
+        self._rows: list[tuple[ui.element, str]] = []  # with the text that a search looks in
+        with ui.element('div').classes('panel'), ui.expansion("Learner's parameters").classes(
+                'w-full').props('dense dense-toggle header-class="panel-title q-px-none" '
+                                'data-testid=parameters'):
+            self._search = ui.input(placeholder='search', on_change=self._on_search).props(
                 'dense clearable').classes('w-full')
-            self._place = ui.column().classes('w-full gap-3').style(
+            self._list = ui.column().classes('w-full gap-3').style(
                 'max-height: 360px; overflow-y: auto; flex-wrap: nowrap')
 
-    def renew(self, view):
-        """Show a `View`: where a value has changed, by whomever, its input shows it."""
-        settings = view.settings.get('learner', {})
-        if settings is self._shown or not settings:
+    def show(self, state: PageState) -> None:
+        """Show a state of the page: an input changes where its value changed, by whomever."""
+        parameters = state.parameters.get('learner', {})
+        if parameters is self._shown or not parameters:
             return
         if not self._inputs:
-            self._make_inputs(settings)
-        for name, (element, _) in self._inputs.items():
-            if name in settings and settings[name] != self._shown.get(name):
-                element.value = settings[name].value
-                element.set_enabled(settings[name].changes)
-        self._shown = settings
+            with self._list:
+                for name in filter(parameters.get, LEARNER_PARAMETERS):
+                    self._make_input(name, parameters[name].value)
+        for name, element in self._inputs.items():
+            if name in parameters and parameters[name] != self._shown.get(name):
+                element.value = parameters[name].value
+                element.set_enabled(parameters[name].can_change)
+        self._shown = parameters
 
-    def _make_inputs(self, settings):
-        with self._place:
-            for name, text, choices in described():
-                if name in settings:
-                    self._make_input(name, text, choices, settings[name].value)
-
-    def _make_input(self, name, text, choices, value):
-        with ui.element('div').classes('setting') as row:
+    def _make_input(self, name: str, value: Any) -> None:
+        text, choices = LEARNER_PARAMETERS[name]
+        title, event = name.replace('_', ' '), 'update:model-value'
+        with ui.element('div').classes('parameter') as row:
             with ui.column().classes('gap-0'):
-                ui.label(name.replace('_', ' ')).classes('setting-name')
-                ui.label(text).classes('setting-text')
-            element = self._element(value, choices)
-        element.props(f'data-testid=set-{name}').props(f'aria-label="{name}"')
-        self._inputs[name] = element, (row, f'{name} {text}'.replace('_', ' ').lower())
-        event = 'update:model-value' if choices or isinstance(value, bool) else 'change'
-        element.on(event, lambda: self._set(name))
+                ui.label(title).classes('parameter-name')
+                ui.label(text).classes('parameter-text')
+            if isinstance(value, bool):
+                element = ui.switch(value=value).props('dense')
+            elif choices:
+                element = ui.select(list(choices), value=value).props(
+                    'dense outlined options-dense')
+            else:
+                element, event = ui.number(value=value).props('dense outlined'), 'change'
+        element.props(f'data-testid=set-{name} aria-label="{name}"')
+        element.on(event, lambda: self._on_change(name))
+        self._inputs[name] = element
+        self._rows.append((row, f'{title} {text}'.replace('_', ' ').lower()))
 
-    @staticmethod
-    def _element(value, choices):
-        if isinstance(value, bool):
-            return ui.switch(value=value).props('dense')
-        if choices:
-            return ui.select(list(choices), value=value).props('dense outlined options-dense')
-        return ui.number(value=value).props('dense outlined')
-
-    async def _set(self, name):
-        element, before = self._inputs[name][0], self._shown[name].value
+    async def _on_change(self, name: str) -> None:
+        element, before = self._inputs[name], self._shown[name].value
         value = element.value
         if value is not None and isinstance(before, int | float) and not isinstance(before, bool):
             value = type(before)(value)
-        if value is None or value == before:
-            element.value = before
-        elif not await asked(self._watcher.set('learner', name, value)):
+        if value is None or value == before or not await succeeds(
+                self._node.set_remote_parameter('learner', name, value)):
             element.value = before
 
-    def _filter(self):
+    def _on_search(self) -> None:
         wanted = (self._search.value or '').replace('_', ' ').lower()
-        for _, (row, text) in self._inputs.values():
+        for row, text in self._rows:
             row.set_visibility(wanted in text)

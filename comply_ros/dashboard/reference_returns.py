@@ -1,65 +1,69 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a learning curve is measured against: computed aside, so that nobody waits for it."""
+"""The returns that a learning curve is compared with, computed in the background."""
 
+from concurrent.futures import Future
 import time
+
+import numpy as np
+from numpy.typing import NDArray
 
 from comply_ros.nodes.mentor import in_background
 from comply_ros.world.grid import NO_ACTION
+from comply_ros.world.mdp import World
 from comply_ros.world.planning import ReferenceReturns
 
-REST = 0.5  # seconds from one value of a mentor to the beginning of the next
+REST = 0.5  # seconds between two computations, so that painting does not keep a core busy
 
 
 class ReferenceReturnsCache:
     """
-    The optimal return of a world, and what the mentor's policy is worth, as soon as known.
+    The expected returns of the optimal policy and of the mentor's policy, once computed.
 
-    One computation at a time: of a policy that is painted quickly, only some strokes are valued.
+    One computation at a time: while a policy is painted, only some versions are evaluated.
     """
 
-    def __init__(self):
-        self._world, self._advice, self._yardstick = None, None, None
-        self._running, self._optimal, self._mentor, self._next = None, None, None, 0.0
+    def __init__(self) -> None:
+        self._world: World | None = None
+        self._reference: ReferenceReturns | None = None
+        self._policy: NDArray[np.int8] | None = None  # that `_mentor_return` belongs to
+        self._mentor_return: float | None = None
+        self._running: tuple[World, NDArray[np.int8] | None, Future] | None = None
+        self._not_before = 0.0  # when the next computation may begin, by the steady clock
 
-    def of(self, world, advice):
-        """Return (optimal, mentor): expected returns from the starts, None where not known."""
-        self._take()
+    def get(self, world: World | None,
+            policy: NDArray[np.int8] | None) -> tuple[float | None, float | None]:
+        """Return the (optimal, mentor's) expected return from the starts; None while unknown."""
+        self._take_result()
         if world is not self._world:
-            self._world, self._advice, self._yardstick = world, None, None
-            self._optimal, self._mentor, self._next = None, None, 0.0
-        if self._running is None and world is not None and time.monotonic() >= self._next:
-            self._begin(world, advice)
-        return self._optimal, self._mentor
+            self._world, self._reference = world, None
+            self._policy, self._mentor_return, self._not_before = None, None, 0.0
+        if self._running is None and world is not None and time.monotonic() >= self._not_before:
+            self._compute_missing(world, policy)
+        optimal_return = self._reference.optimal_return if self._reference else None
+        return optimal_return, self._mentor_return
 
-    def _begin(self, world, advice):
-        """Begin to compute what is missing, if anything is."""
-        if self._yardstick is None:
+    def _compute_missing(self, world: World, policy: NDArray[np.int8] | None) -> None:
+        """Start to compute what is unknown, if anything is."""
+        if self._reference is None:
             self._running = world, None, in_background(ReferenceReturns, world)
-        elif advice is not self._advice and _says_something(advice):
-            self._running = world, advice, in_background(self._yardstick.return_of, advice)
-        elif advice is not self._advice:
-            self._advice, self._mentor = advice, None
+        elif policy is self._policy:
+            return
+        elif policy is not None and (policy != NO_ACTION).any():
+            self._running = world, policy, in_background(self._reference.return_of, policy)
+        else:
+            self._policy, self._mentor_return = policy, None
 
-    def _take(self):
-        """Take what was computed meanwhile, if it is of the world that is still here."""
+    def _take_result(self) -> None:
+        """Take the result of a finished computation, unless the world has changed since."""
         if self._running is None or not self._running[2].done():
             return
-        world, advice, future = self._running
-        self._running, self._next = None, time.monotonic() + REST
+        world, policy, future = self._running
+        self._running, self._not_before = None, time.monotonic() + REST
         if world is not self._world:
             return
-        if advice is None:
-            self._take_yardstick(future)
+        if policy is not None:
+            self._policy, self._mentor_return = policy, future.result()
+        elif future.exception():  # the values of this world do not converge: no references
+            self._not_before = float('inf')
         else:
-            self._advice, self._mentor = advice, future.result()
-
-    def _take_yardstick(self, future):
-        if future.exception():  # a world whose values do not settle has no level to show
-            self._next = float('inf')
-            return
-        self._yardstick = future.result()
-        self._optimal, self._next = self._yardstick.optimal_return, 0.0
-
-
-def _says_something(advice):
-    return advice is not None and bool((advice != NO_ACTION).any())
+            self._reference, self._not_before = future.result(), 0.0

@@ -1,85 +1,62 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The parameters of another node: which it has, what they are now, and to set one."""
+"""The parameters of another node: their values, whether they can change, and how to set them."""
 
-from typing import NamedTuple
+from collections.abc import Iterable
+from concurrent.futures import Future
+from typing import Any, NamedTuple
 
+from rcl_interfaces.msg import Parameter as ParameterMsg
 from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters
 from rclpy.parameter import Parameter as RosParameter
 from rclpy.parameter import parameter_value_to_python
 
-from comply_ros.dashboard.service_client import NoAnswerError
+from comply_ros.dashboard.service_client import ServiceCallError, ServiceClient
+
+READERS = {'get_parameters': GetParameters, 'describe_parameters': DescribeParameters}
 
 
 class RemoteParameter(NamedTuple):
-    """A parameter as it is now, and whether it may change while its node runs."""
+    """The value of a parameter, and whether it can change while its node runs."""
 
-    value: object
-    changes: bool
+    value: Any
+    can_change: bool
 
 
 class RemoteParameters:
-    """
-    Parameters of one node, as it told them and as it tells that they change.
+    """Parameters of one node: read by services at first, then kept up to date by its events."""
 
-    Parameters
-    ----------
-    node: its name.
-    names: of the parameters.
+    def __init__(self, node_name: str, names: Iterable[str], client: ServiceClient) -> None:
+        self._node_name, self._names, self._client = node_name, list(names), client
+        self.current: dict[str, RemoteParameter] = {}  # never changed in place; empty: unknown
+        self._answers: tuple[Future, ...] = ()  # of the `READERS`
+        for name, service_type in {**READERS, 'set_parameters': SetParameters}.items():
+            client.add(service_type, f'{node_name}/{name}')
 
-    Attributes
-    ----------
-    now: table of `RemoteParameter` by name, empty before the node told; always a new one.
+    def tick(self) -> None:
+        """Take what the node has answered, once a second; ask again while nothing is known."""
+        answers, self._answers = self._answers, ()
+        if answers and all(each.done() and not each.exception() for each in answers):
+            values, descriptions = (each.result() for each in answers)
+            self.current = {
+                each.name: RemoteParameter(parameter_value_to_python(value), not each.read_only)
+                for each, value in zip(descriptions.descriptors, values.values)}
+        if not self.current:
+            self._answers = tuple(
+                self._client.send(f'{self._node_name}/{name}', kind.Request(names=self._names))
+                for name, kind in READERS.items())
 
-    """
+    def on_change(self, changed: Iterable[ParameterMsg]) -> None:
+        """Take the parameters of a `ParameterEvent`; those that are not known are ignored."""
+        self.current = {**self.current, **{
+            each.name: RemoteParameter(parameter_value_to_python(each.value), True)
+            for each in changed if each.name in self.current}}
 
-    def __init__(self, node, names):
-        self.node, self.names, self.now = node, list(names), {}
-        self._values, self._asked = {}, ()
-
-    def services(self):
-        """Pairs (type, name) of the services that are asked for."""
-        return [(kind, f'{self.node}/{name}') for kind, name in (
-            (GetParameters, 'get_parameters'), (DescribeParameters, 'describe_parameters'),
-            (SetParameters, 'set_parameters'))]
-
-    def backup(self, asking):
-        """Begin to ask for all of them, in the thread of ROS."""
-        self._asked = (
-            asking.begin(f'{self.node}/get_parameters', GetParameters.Request(names=self.names)),
-            asking.begin(f'{self.node}/describe_parameters',
-                         DescribeParameters.Request(names=self.names)))
-
-    def look(self):
-        """Take what was answered; return whether everything that was asked for is known."""
-        if not all(each.done() for each in self._asked):
-            return False
-        asked, self._asked = self._asked, ()
-        if not asked:
-            return bool(self.now)
-        if any(each.exception() for each in asked):
-            return False
-        values, described = (each.result() for each in asked)
-        self.now = {
-            about.name: RemoteParameter(parameter_value_to_python(value), not about.read_only)
-            for about, value in zip(described.descriptors, values.values)}
-        return bool(self.now)
-
-    def hear(self, changed):
-        """Take parameters that a `ParameterEvent` tells of."""
-        news = {each.name: RemoteParameter(parameter_value_to_python(each.value), True)
-                for each in changed if each.name in self.now}
-        self.now = {**self.now, **news}
-
-    async def set(self, asking, name, value):
-        """
-        Change one parameter of the node; for the thread of the page.
-
-        Raises
-        ------
-        NoAnswerError: if the node does not answer, or refuses: with what it says.
-
-        """
-        answer = await asking.ask(f'{self.node}/set_parameters', SetParameters.Request(
-            parameters=[RosParameter(name, value=value).to_parameter_msg()]))
-        if not answer.results[0].successful:
-            raise NoAnswerError(answer.results[0].reason or f'{self.node} refused {name}')
+    async def set(self, name: str, value: Any) -> None:
+        """Set one parameter, for the page; raises ServiceCallError with the node's reason."""
+        response = await self._client.call(
+            f'{self._node_name}/set_parameters', SetParameters.Request(
+                parameters=[RosParameter(name, value=value).to_parameter_msg()]))
+        result, = response.results
+        if not result.successful:
+            raise ServiceCallError(
+                result.reason or f'{self._node_name} has rejected {name}: {value!r}')

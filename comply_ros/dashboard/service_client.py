@@ -1,77 +1,67 @@
 # SPDX-License-Identifier: Apache-2.0
-"""To ask another node for something from another thread: services as futures for asyncio."""
+"""Calls services of other nodes from the thread of the page, which does not spin a node."""
 
 import asyncio
+from collections.abc import Callable
 from concurrent.futures import Future
 from queue import Empty, SimpleQueue
+from typing import Any
 
-PATIENCE = 3.0  # seconds that a node has to answer
+from rclpy.client import Client
+from rclpy.node import Node
+
+from comply_ros.nodes.human_mentor import resolve
+
+ANSWER_TIMEOUT = 3.0  # seconds that a node has to answer
 
 
-class NoAnswerError(RuntimeError):
-    """A service that nobody serves, that does not answer, or refuses; the message says why."""
+class ServiceCallError(RuntimeError):
+    """A service that is not there, does not answer, or reports a failure; the message says why."""
 
 
 class ServiceClient:
-    """
-    Calls services of other nodes in the thread of this one.
+    """Calls services for any thread, in the one that calls `send_pending` and spins the node."""
 
-    Parameters
-    ----------
-    node: that asks.
-    services: pairs (type, name) of all services that will be asked for.
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._clients: dict[str, Client] = {}
+        self._pending: SimpleQueue[Callable[[], None]] = SimpleQueue()
 
-    """
+    def add(self, service_type: Any, name: str) -> None:
+        """Create the client of a service that will be called."""
+        self._clients[name] = self._node.create_client(service_type, name)
 
-    def __init__(self, node, services):
-        self._todo = SimpleQueue()
-        self._clients = {name: node.create_client(kind, name) for kind, name in services}
-
-    async def ask(self, name, request):
-        """
-        Return the response of a service; for the thread of the page.
-
-        Raises
-        ------
-        NoAnswerError: if there is none within some seconds.
-
-        """
+    async def call(self, name: str, request: Any) -> Any:
+        """Return the response of a service, for the page; raises ServiceCallError if none came."""
         try:
-            return await asyncio.wait_for(asyncio.wrap_future(self.begin(name, request)), PATIENCE)
+            return await asyncio.wait_for(asyncio.wrap_future(self.send(name, request)),
+                                          ANSWER_TIMEOUT)
         except TimeoutError:
-            raise NoAnswerError(f'{name} must be answered within {PATIENCE:g} s, '
-                                'and was not: is its node well?') from None
+            raise ServiceCallError(f'{name} must answer within {ANSWER_TIMEOUT:g} s, and did not: '
+                                   'is its node well?') from None
 
-    def begin(self, name, request):
-        """Return the `Future` response of a service, which `work` asks for; for any thread."""
-        future = Future()
-        self._todo.put(lambda: self._send(name, request, future))
+    def send(self, name: str, request: Any) -> Future:
+        """Return the `Future` of a response, for any thread."""
+        client, future = self._clients[name], Future()
+
+        def call() -> None:
+            if not future.set_running_or_notify_cancel():
+                return
+            if client.service_is_ready():
+                client.call_async(request).add_done_callback(
+                    lambda done: resolve(future, done.result))
+            else:
+                future.set_exception(ServiceCallError(
+                    f'service {name} must be there to be called, and is not: is the node '
+                    f'{name.partition("/")[0]} running?'))
+        self._pending.put(call)
         return future
 
-    def work(self, seconds):
-        """Send what is to be asked, and wait so long for more of it; for the thread of ROS."""
+    def send_pending(self, timeout: float) -> None:
+        """Wait so many seconds at most for a request, and send all that there are."""
         try:
-            self._todo.get(timeout=seconds)()
+            self._pending.get(timeout=timeout)()
+            while True:
+                self._pending.get_nowait()()
         except Empty:
             return
-        while not self._todo.empty():
-            self._todo.get()()
-
-    def _send(self, name, request, future):
-        client = self._clients[name]
-        if not future.set_running_or_notify_cancel():
-            return
-        if not client.service_is_ready():
-            node = name.partition('/')[0]
-            future.set_exception(NoAnswerError(
-                f'{node} must be running to be asked for {name}, and nobody serves that'))
-            return
-        client.call_async(request).add_done_callback(lambda done: _pass_on(done, future))
-
-
-def _pass_on(done, future):
-    """Settle a future as one of rclpy was settled."""
-    if done.exception():
-        future.set_exception(done.exception())
-    else:
-        future.set_result(done.result())

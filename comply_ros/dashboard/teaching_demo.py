@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`scripts/demo --teach`: a world, a learner, and a page on which a person is the mentor."""
+"""`scripts/demo --teach`: a world, a learner, and a page on which you are the mentor."""
 
 import argparse
+from collections.abc import Generator
 from contextlib import contextmanager
+from pathlib import Path
 import sys
 
 from comply_ros.dashboard import server
@@ -17,11 +19,9 @@ from comply_ros.storage.run_files import OutputError, prepare_folder
 from comply_ros.terminal.training_options import guarded
 from comply_ros.world.grid import MapError
 
-RATE = 100.0  # steps a second at first: a robot to look at, and a curve that moves
 
-
-def demo_parser():
-    """`ArgumentParser` of the demo."""
+def option_parser() -> argparse.ArgumentParser:
+    """Parser of the demo's options."""
     parser = argparse.ArgumentParser(
         'demo --teach', description='Be the mentor of a learner, on a page in the browser.')
     add = parser.add_argument
@@ -29,40 +29,41 @@ def demo_parser():
         help=f'{", ".join(map_names())}, or a map file (default: %(default)s)')
     add('--method', default='beta_implicit', choices=METHODS['published'], metavar='NAME',
         help=f'{", ".join(METHODS["published"])} (default: %(default)s)')
-    add('--port', type=int, default=8080, help='of the page (default: %(default)s)')
+    add('--port', type=int, default=8080, help='port of the page (default: %(default)s)')
     add('--out', default='runs/demo', metavar='DIR',
-        help='for what the nodes print (default: %(default)s)')
+        help='folder for the output of the nodes (default: %(default)s)')
     return parser
 
 
-def main(argv):
+def main(argv: list[str]) -> int:
     """Run the demo until Ctrl-C; return the exit code."""
-    given = demo_parser().parse_args(argv[1:])
+    options = option_parser().parse_args(argv[1:])
+    return guarded('demo', (MapError, ConfigError, OutputError, LessonFailed),
+                   lambda: run(options))
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run world and learner as processes, and the page in this one; return its exit code."""
     use_kernel_cache()
-    return guarded('demo', (MapError, ConfigError, OutputError, LessonFailed), lambda: run(given))
-
-
-def run(given):
-    """Run the world and the learner as processes, and the page in this one; return its code."""
-    read_map(given.map, 'published')
-    find_method(given.method, 'published')
+    read_map(options.map, 'published')
+    find_method(options.method, 'published')
     print('Open the address below in a browser and paint arrows; Ctrl-C ends the demo.',
           file=sys.stderr)
-    with lock_topics(''), pupils(given, prepare_folder(given.out)):
-        return server.main(['dashboard', '--ros-args', '-p', f'port:={given.port}'])
+    with lock_topics(''), world_and_learner(options, prepare_folder(options.out)):
+        return server.main(['dashboard', '--ros-args', '-p', f'port:={options.port}'])
 
 
 @contextmanager
-def pupils(given, folder):
-    """Run a world and a learner that asks its mentor at every step, while the block runs."""
+def world_and_learner(options: argparse.Namespace, folder: Path) -> Generator[None]:
+    """Run a world, and a learner that asks its mentor in every step, while the block runs."""
     started = []
     try:
         for name, values in (
-                ('grid_world', {'map': given.map, 'rate': RATE}),
-                ('learner', {'method': given.method, 'iterations': 0,
-                             'remembers_advice': 'false', 'map_period': 0.5})):
-            started.append(NodeProcess(name, [each for key, value in values.items()
-                                              for each in ('-p', f'{key}:={value}')], folder))
+                ('grid_world', (f'map:={options.map}', 'rate:=100.0')),
+                ('learner', (f'method:={options.method}', 'iterations:=0',
+                             'remembers_advice:=false', 'map_period:=0.5'))):
+            arguments = [argument for value in values for argument in ('-p', value)]
+            started.append(NodeProcess(name, arguments, folder))
         yield
     finally:
         for process in started:

@@ -194,7 +194,7 @@ class HumanMentorNode(ProtocolNode):
                 future, function = self._calls.get_nowait()
             except Empty:
                 return
-            _resolve(future, function)
+            resolve(future, function)
 
     def _use_in(self, world: World | None, policy: NDArray[np.int8]) -> None:
         if world is not self.machine.world:
@@ -202,7 +202,7 @@ class HumanMentorNode(ProtocolNode):
         self.use(policy)
 
 
-def _resolve(future: Future, function: Callable[[], Any]) -> None:
+def resolve(future: Future, function: Callable[[], Any]) -> None:
     """Change a `Future` into what a call returns or raises."""
     try:
         future.set_result(function())
