@@ -6,24 +6,32 @@ from tiny_worlds import grid
 
 from comply_ros.dashboard.control_panel import nearest_speed, speed_text, SPEEDS
 from comply_ros.dashboard.curve_panel import progress_text, reference_text
-from comply_ros.dashboard.dashboard_node import NodeStatus, PageState
+from comply_ros.dashboard.dashboard_node import NodeStatus, PageState, RunSnapshot
 from comply_ros.dashboard.header_bar import alarm_text, run_state_text
 from comply_ros.dashboard.health_panel import health_text
 from comply_ros.dashboard.mentor_panel import trust_text
-from comply_ros.dashboard.run_view import RunReports, RunSnapshot
 from comply_ros.nodes.diagnostics import ERROR, OK, WARN
-from comply_ros.protocol.messages import describe, Progress
+from comply_ros.protocol.messages import describe_world, Progress
+from comply_ros.protocol.run_view import RunReports
 from comply_ros.world.mdp import World
 
 GRID = grid('..G')
 PROGRESS = Progress(1, 3, 40, 15, 100, 2.345, 0.5, 1.0, False)
 
 
-def page_state(*, reports=RunReports(), message='runs', level=OK, **ages):
+def reports_of(progress=None):
+    """Return the reports of a run, with a `Progress` if there is one."""
+    reports = RunReports()
+    reports.add('world', describe_world(GRID, 'small', run=1))
+    reports.progress = progress
+    return reports
+
+
+def page_state(*, progress=None, message='runs', level=OK, **ages):
     """Return a state of the page in which nodes sent their status so many seconds ago."""
-    nodes = {name: NodeStatus(level, message, {'dropped: a': '2', 'dropped: b': '1'}, 'process 1',
+    nodes = {name: NodeStatus(level, message, {'ignored: a': '2', 'ignored: b': '1'}, 'process 1',
                               100.0 - age) for name, age in ages.items()}
-    run = RunSnapshot(describe(GRID, 'small', run=1), World(GRID), reports)
+    run = RunSnapshot(World(GRID), reports_of(progress))
     return PageState(run, nodes=nodes, time=100.0)
 
 
@@ -50,21 +58,21 @@ def test_the_alarm_gives_the_nodes_some_seconds_after_the_start():
 @pytest.mark.parametrize('level, kind', [(OK, 'well'), (WARN, 'waiting'), (ERROR, 'ill')])
 def test_a_node_is_shown_with_its_message_and_its_counts(level, kind):
     state = page_state(grid_world=0.5, message='waits for a learner', level=level)
-    assert health_text(state, 'grid_world') == ('waits for a learner, dropped 3', kind)
+    assert health_text(state, 'grid_world') == ('waits for a learner, ignored 3', kind)
 
 
 def test_the_state_of_the_run_is_shown():
     assert run_state_text(page_state(grid_world=0.5, learner=0.5, message='is paused')) == 'paused'
-    finished = RunReports(progress=PROGRESS._replace(finished=True))
-    assert run_state_text(page_state(grid_world=0.5, learner=0.5, reports=finished)) == 'finished'
+    finished = PROGRESS._replace(finished=True)
+    assert run_state_text(page_state(grid_world=0.5, learner=0.5, progress=finished)) == 'finished'
     assert run_state_text(PageState()) == 'no world yet'
 
 
 def test_progress_and_expected_returns_are_shown_in_numbers():
-    assert progress_text(RunReports(progress=PROGRESS)) == (
+    assert progress_text(reports_of(PROGRESS)) == (
         'iteration 3 of 40: mean return 2.35, trust 0.50')
     alone = PROGRESS._replace(iterations=0, confidence=float('nan'), mean_return=-1.0)
-    assert progress_text(RunReports(progress=alone)) == 'iteration 3: mean return -1.00'
+    assert progress_text(reports_of(alone)) == 'iteration 3: mean return -1.00'
     assert reference_text(5.84, None) == 'expected return: optimal policy 5.84'
     assert reference_text(None, None) == ''
 

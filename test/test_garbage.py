@@ -18,6 +18,7 @@ from test_lesson import children
 from comply_ros.learner.presets import find_method
 from comply_ros.learner.training import Training
 from comply_ros.mentor.mentor_policies import noisy_policy
+from comply_ros.mentor.policy import PolicyError, validate_policy
 from comply_ros.nodes import topics
 from comply_ros.nodes.node_processes import START
 from comply_ros.numerics.rng import random_streams
@@ -143,7 +144,10 @@ def test_a_report_that_cannot_be_right_is_none_of_a_lesson(wrong):
 
 def test_advice_that_no_cell_has_is_none_of_a_lesson():
     world = World(BAR)
-    assert is_valid_advice(POLICY, world)
-    assert not is_valid_advice(POLICY[:-1], world)
-    for wrong in (77, -128, int(np.flatnonzero(~world.available[0])[0])):
-        assert not is_valid_advice([wrong, *POLICY[1:]], world)
+    assert validate_policy(POLICY, world, clear_not_free=True).tolist() == POLICY.tolist()
+    wrong_policies = [POLICY[:-1], *(
+        [wrong, *POLICY[1:]]
+        for wrong in (77, -128, int(np.flatnonzero(~world.available[0])[0])))]
+    for policy in wrong_policies:
+        with pytest.raises(PolicyError):
+            validate_policy(policy, world, clear_not_free=True)

@@ -50,10 +50,6 @@ def test_arrows_are_grey_before_any_trust_is_known(world):
     assert path.get('class') == 'unknown' and path.get('d').count('M') == 7
 
 
-def test_the_colour_of_trust_goes_from_red_over_orange_to_green():
-    assert [grid_svg.trust_colour(p) for p in (0.0, 0.5, 1.0)] == ['#cc3311', '#e69f00', '#009e73']
-
-
 def test_all_layers_are_well_formed(world):
     policy = np.where(world.free, RIGHT, NO_ACTION)
     for svg in (grid_svg.cells(world), grid_svg.learner_arrows(world, policy),

@@ -3,10 +3,11 @@
 
 import pytest
 
-from comply_ros.dashboard import run_view
-from comply_ros.dashboard.curve_panel import bounds, chart_options, running_mean
-from comply_ros.dashboard.run_view import LearningCurve
+from comply_ros.dashboard.curve_panel import bounds, chart_options
+from comply_ros.plots.running_mean import running_mean
+from comply_ros.protocol import run_view
 from comply_ros.protocol.messages import Progress
+from comply_ros.protocol.run_view import LearningCurve
 
 
 def progress(iteration, mean_return=0.0):
@@ -57,4 +58,4 @@ def test_a_few_first_iterations_do_not_flatten_the_curve():
     ([], []), ([1.0, 3.0], [1.0, 3.0]), ([1.0] * 7 + [9.0] * 9, None)])
 def test_the_running_mean_has_a_value_for_each_iteration(values, means):
     assert len(running_mean(values)) == len(values)
-    assert means is None or running_mean(values) == means
+    assert means is None or running_mean(values).tolist() == means
