@@ -158,6 +158,12 @@ print(f"export {guard}=1" if guard in os.environ else "")' \
 # Puts paths in front of a variable, unless they are there.
 prepend() { [[ ${!1-}: == "$2:"* ]] || export "$1=$2${!1:+:${!1}}"; }
 
+# Starts an executable. The installed script would first search for its entry point, for 50 ms.
+start() {
+  exec python -P -c "import sys; from comply_ros.executables import $1 as main
+sys.argv[0] = '$1'; sys.exit(main())" "${@:2}"
+}
+
 enter_venv() {
   export VIRTUAL_ENV=$venv
   unset PYTHONHOME

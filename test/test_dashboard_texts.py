@@ -78,7 +78,7 @@ def test_progress_and_expected_returns_are_shown_in_numbers():
 
 
 def test_trust_in_the_human_mentor_is_that_of_the_last_iteration():
-    assert trust_text(page_state(reports=RunReports(progress=PROGRESS))) == 'trust in you 0.50'
+    assert trust_text(page_state(progress=PROGRESS)) == 'trust in you 0.50'
     assert trust_text(page_state()) == 'no trust yet: no decision had advice'
 
 

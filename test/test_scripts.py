@@ -102,6 +102,13 @@ def test_scripts_work_from_any_folder(tmp_path, argv, output):
     assert output in done.stdout
 
 
+def test_an_installed_executable_finds_its_entry_point(tmp_path):
+    installed = TOP / 'install' / 'comply_ros' / 'lib' / 'comply_ros' / 'train'
+    done = script([str(TOP / 'scripts' / 'python'), str(installed), '--help'], tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert '--mentor SPEC' in done.stdout
+
+
 def test_a_second_start_runs_no_program_but_find(tmp_path):
     path = programs(tmp_path / 'bin', 'bash', 'dirname', 'find')
     done = script(['bash', 'scripts/python', '-c', 'import comply_msgs, comply_ros'], PATH=path)

@@ -45,10 +45,10 @@ NOTES = {
     '`NAME`, with the message type and the QoS of the publisher, as soon as there is one.'}
 # What services do whose type does not say it.
 PURPOSES = {
-    '~/pause': 'True pauses the world, false resumes it; no message is lost.',
-    '~/step': 'While the world is paused: one observation, and its action.',
-    ('grid_world', '~/reset'): 'Starts a new run, as after a fresh start.',
-    ('learner', '~/reset'): 'Forgets everything that was learned.'}
+    '~/pause': 'Pause the world (true) or resume it (false); no message is lost.',
+    '~/step': 'Take one step while the world is paused.',
+    ('grid_world', '~/reset'): 'Start a new run, as after a fresh start.',
+    ('learner', '~/reset'): 'Forget everything that was learned.'}
 DEFINED_HERE = ('comply_msgs', 'std_srvs')  # packages whose definitions are on the page
 
 
