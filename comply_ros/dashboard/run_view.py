@@ -129,10 +129,10 @@ class Onlooker(Attendant):
         maps = {name: getattr(heard, name) for name in ('advice', 'policy')}
         wrong = dict.fromkeys((name for name, actions in maps.items() if actions is not None
                                and not is_valid_advice(actions, self.world)))
-        if heard.trust is not None and not _is_valid_progress_trust(heard.trust, self.world):
+        if heard.trust is not None and not _is_possible_trust(heard.trust, self.world):
             wrong['trust'] = None
         return heard._replace(**wrong) if wrong else heard
 
 
-def _is_valid_progress_trust(trust, world):
+def _is_possible_trust(trust, world):
     return trust.shape == world.free.shape and bool(((0.0 <= trust) & (trust <= 1.0)).all())
