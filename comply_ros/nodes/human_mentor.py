@@ -20,7 +20,7 @@ from comply_ros.nodes.parameters import PATIENCE
 from comply_ros.nodes.protocol_node import ProtocolNode
 from comply_ros.nodes.topics import MENTOR_POLICY, RECOMMEND, RECOMMENDATION, STATE, WORLD
 from comply_ros.protocol.human_mentor import HumanMentor
-from comply_ros.protocol.messages import Outputs, WorldDescription
+from comply_ros.protocol.messages import Outputs, StateReward, WorldDescription
 from comply_ros.protocol.validation import rejected_description
 from comply_ros.storage.mentor_cache import mentor_policy, read_mentor_spec
 from comply_ros.storage.policy_files import read_policy, write_policy
@@ -45,7 +45,8 @@ class HumanMentorNode(ProtocolNode):
         super().__init__('mentor', **kwargs)
         self.machine = HumanMentor()
         self._patience, self._pace = self.declare(PATIENCE), PaceClock(self)
-        self._waiting, self._since = None, 0.0  # the observation that waits, and since when
+        self._open: StateReward | None = None  # the observation that waits for the person
+        self._since = 0.0
         self._published_run: int | None = None
         self._has_changed, self._published = False, float('-inf')
         self._calls: SimpleQueue[tuple[Future, Callable[[], Any]]] = SimpleQueue()
@@ -74,7 +75,7 @@ class HumanMentorNode(ProtocolNode):
     @property
     def seconds_left(self) -> float | None:
         """Seconds that the robot still waits for the person; None where it does not wait."""
-        if self.machine.waiting is None or self._waiting is not self.machine.waiting:
+        if self.machine.waiting is None or self._open is not self.machine.waiting:
             return None
         return max(0.0, self._since + self._patience - self._pace.seconds())
 
@@ -100,7 +101,7 @@ class HumanMentorNode(ProtocolNode):
 
     def erase(self) -> None:
         """Advise nothing anywhere."""
-        self.use(np.full_like(self._known_policy(), -1))
+        self.use(np.full_like(self._known()[0], -1))
 
     def steer(self, action: int) -> bool:
         """Give advice for the observation that waits; return whether one did."""
@@ -112,19 +113,18 @@ class HumanMentorNode(ProtocolNode):
 
     def load(self, path: str | Path) -> None:
         """Advise by a policy file."""
-        self._known_policy()
-        self.use(read_policy(path, self.machine.world))
+        self.use(read_policy(path, self._known()[1]))
 
     def save(self, path: str | Path) -> None:
         """Write the policy to a file."""
-        write_policy(path, self._known_policy(), self.machine.world)
+        write_policy(path, *self._known())
 
     def spoil(self, share: float, seed: int = 0) -> None:
         """Advise any action of the cell in a share of the states."""
         if not 0.0 <= share <= 1.0:
             raise MentorError(f'a share must lie in [0, 1], got {share}')
         generator = np.random.Generator(np.random.PCG64(seed))
-        self.use(spoiled_policy(self._known_policy(), self.machine.world, share, generator))
+        self.use(spoiled_policy(*self._known(), share, generator))
 
     def begin_from(self, spec: str, seed: int = 0) -> Future:
         """
@@ -134,8 +134,7 @@ class HumanMentorNode(ProtocolNode):
 
         Return a future that is done when the mentor is used, or has an error for the person.
         """
-        self._known_policy()
-        world, used = self.machine.world, Future()
+        (_, world), used = self._known(), Future()
         in_background(mentor_policy, read_mentor_spec(spec), world, seed).add_done_callback(
             lambda generated: self._calls.put(
                 (used, lambda: self._use_in(world, generated.result()))))
@@ -156,10 +155,10 @@ class HumanMentorNode(ProtocolNode):
         """Return the status while all is well."""
         return 'waits for the person' if self.machine.waiting else 'runs'
 
-    def _known_policy(self) -> NDArray[np.int8]:
-        if self.policy is None:
+    def _known(self) -> tuple[NDArray[np.int8], World]:
+        if self.policy is None or self.machine.world is None:
             raise PolicyError('a policy must be for a world, and none is known yet')
-        return self.policy
+        return self.policy, self.machine.world
 
     def _with_map(self, outputs: Outputs) -> Outputs:
         world = self.machine.tracker.description
@@ -184,8 +183,8 @@ class HumanMentorNode(ProtocolNode):
     def _poll(self) -> None:
         """Give no advice where patience ends, publish the map if it is due, make calls."""
         now, waiting = self._pace.seconds(), self.machine.waiting
-        if waiting is not self._waiting or self.blocked:
-            self._waiting, self._since = waiting, now
+        if waiting is not self._open or self.blocked:
+            self._open, self._since = waiting, now
         elif waiting is not None and now - self._since >= self._patience:
             self.respond(self.machine.give_up())
         self._publish_if_due()
@@ -196,7 +195,7 @@ class HumanMentorNode(ProtocolNode):
                 return
             resolve(future, function)
 
-    def _use_in(self, world: World | None, policy: NDArray[np.int8]) -> None:
+    def _use_in(self, world: World, policy: NDArray[np.int8]) -> None:
         if world is not self.machine.world:
             raise PolicyError('a policy must be for the world that is here, and that one is gone')
         self.use(policy)
