@@ -52,7 +52,17 @@ def test_an_iteration_has_as_many_episodes_as_its_settings_say():
     agent = make_agent(episodes=3)
     results = [play_episode(agent).iteration for _ in range(6)]
     assert [result and result.number for result in results] == [None, None, 1, None, None, 2]
-    assert results[5].steps == 6 and agent.steps == 12
+    assert (results[5].steps, results[5].episodes, agent.steps) == (6, 3, 12)
+
+
+def test_an_iteration_that_gets_shorter_has_the_episodes_that_were_played():
+    agent = make_agent(episodes=3)
+    for _ in range(2):
+        assert play_episode(agent).iteration is None
+    agent.reconfigure(replace(agent.config, episodes=1))
+    result = play_episode(agent).iteration
+    assert (result.number, result.episodes, result.steps) == (1, 3, 6)
+    assert play_episode(agent).iteration.episodes == 1
 
 
 def test_it_has_finished_after_the_last_iteration():
