@@ -2,6 +2,7 @@
 """An agent in one world, observation by observation."""
 
 from dataclasses import replace
+import json
 from math import isnan
 
 import pytest
@@ -52,7 +53,17 @@ def test_an_iteration_has_as_many_episodes_as_its_settings_say():
     agent = make_agent(episodes=3)
     results = [play_episode(agent).iteration for _ in range(6)]
     assert [result and result.number for result in results] == [None, None, 1, None, None, 2]
-    assert results[5].steps == 6 and agent.steps == 12
+    assert (results[5].steps, results[5].episodes, agent.steps) == (6, 3, 12)
+
+
+def test_an_iteration_that_gets_shorter_has_the_episodes_that_were_played():
+    agent = make_agent(episodes=3)
+    for _ in range(2):
+        assert play_episode(agent).iteration is None
+    agent.reconfigure(replace(agent.config, episodes=1))
+    result = play_episode(agent).iteration
+    assert (result.number, result.episodes, result.steps) == (1, 3, 6)
+    assert play_episode(agent).iteration.episodes == 1
 
 
 def test_it_has_finished_after_the_last_iteration():
@@ -140,7 +151,8 @@ def test_an_agent_that_is_restored_at_any_step_continues_with_the_same_bits(step
     for observation in observations[:steps]:
         agent.step(*observation)
     values, arrays = agent.state_dict()
-    again.load_state_dict({**values}, {name: array.copy() for name, array in arrays.items()})
+    values = json.loads(json.dumps(values))
+    again.load_state_dict(values, {name: array.copy() for name, array in arrays.items()})
     for observation in observations[steps:]:
         assert repr(again.step(*observation)) == repr(agent.step(*observation))
     assert again.state.digest() == agent.state.digest()

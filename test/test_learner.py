@@ -82,6 +82,15 @@ def test_an_iteration_is_reported():
     assert list(learner.reports)[-1] == progress and len(learner.reports) == 2
 
 
+def test_a_report_has_the_number_of_episodes_of_its_iteration():
+    learner, arrival = beside_the_goal(episodes=3, iterations=2)
+    learner.observe(arrival)
+    learner.change({'episodes': 1})
+    learner.observe(state(episode=2))
+    _, progress = learner.observe(arrival._replace(episode=2))
+    assert (progress.iteration, progress.episodes, progress.mean_return) == (1, 2, 10.0)
+
+
 def test_a_learner_that_has_finished_answers_nothing():
     learner, arrival = beside_the_goal(episodes=1, iterations=1)
     progress, = learner.observe(arrival)

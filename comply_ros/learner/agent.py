@@ -31,6 +31,7 @@ class IterationResult(NamedTuple):
     confidence: mean p over the decisions that had advice, nan without any.
     temperature: of the softmax in it.
     steps: actions taken in it.
+    episodes: number of them.
 
     """
 
@@ -39,6 +40,7 @@ class IterationResult(NamedTuple):
     confidence: float
     temperature: float
     steps: int
+    episodes: int
 
 
 class Decision(NamedTuple):
@@ -178,7 +180,8 @@ class Agent:
         self.finished = self.iterations_done == self.config.iterations
         self.learns = self.iterations_done >= self.config.measuring_iterations
         confidence = float(confidence_sum / advised) if advised else float('nan')
-        return IterationResult(self.iterations_done, mean, confidence, temperature, steps)
+        return IterationResult(self.iterations_done, mean, confidence, temperature, steps,
+                               len(returns))
 
     def state_dict(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
         """Return everything needed to continue later: values for JSON, and arrays by name."""

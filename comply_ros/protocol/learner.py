@@ -225,7 +225,7 @@ class Learner:
         if result is None:
             return (self._action,)
         progress = Progress(
-            run, result.number, agent.config.iterations, agent.config.episodes, agent.steps,
+            run, result.number, agent.config.iterations, result.episodes, agent.steps,
             result.mean_return, result.confidence, result.temperature, agent.finished)
         self.reports.append(progress)
         if not agent.finished:

@@ -213,7 +213,6 @@ class Mentor:
             held = self._held
             self._forget_run()
             self.tracker.restart_order()
-            self.tracker.allow_gap()
             self._held = held
 
     def _start_run(self, is_reset: bool) -> Outputs:
