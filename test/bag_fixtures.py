@@ -68,7 +68,7 @@ class SimulatedRun:
 
     def _describe_learner(self, digest=''):
         self._publish('method', LearnerDescription(
-            self.learner.tracker.description.run, self.learner.number, self.learner.step_count, self._method,
+            self.learner.tracker.run, self.learner.number, self.learner.step_count, self._method,
             json.dumps(asdict(self.config)), self._seed, True, digest))
 
     def _step(self):

@@ -83,7 +83,8 @@ def test_a_message_out_of_turn_waits_for_the_next_that_is_said_not_for_one_that_
 
 def test_a_message_out_of_turn_waits_until_the_next_one_which_is_late_is_said():
     turned, late = [1, 0, 1, 1, 1, 1, 1], [1, 1, 1, 0, 0.25, 1, 1]
-    tested = FaultyChannel(Faults(delay=0.5, reorder=0.5, longest_delay=0.02), Uniforms(turned, late))
+    tested = FaultyChannel(Faults(delay=0.5, reorder=0.5, longest_delay=0.02),
+                           Uniforms(turned, late))
     tested.put('a', 0.0)
     tested.put('b', 0.001)  # due a quarter of 20 ms later, at 6 ms
     assert tested.due(0.0059) == []
@@ -92,7 +93,8 @@ def test_a_message_out_of_turn_waits_until_the_next_one_which_is_late_is_said():
 
 def test_a_message_that_was_late_already_does_not_put_one_back_in_turn():
     late, turned = [1, 1, 1, 0, 0.25, 1, 1], [1, 0, 1, 1, 1, 1, 1]
-    tested = FaultyChannel(Faults(delay=0.5, reorder=0.5, longest_delay=0.02), Uniforms(late, turned))
+    tested = FaultyChannel(Faults(delay=0.5, reorder=0.5, longest_delay=0.02),
+                           Uniforms(late, turned))
     tested.put('a', 0.0)  # due at 5 ms
     tested.put('b', 0.001)  # lets the next one pass
     assert tested.due(0.0051) == ['a']

@@ -157,7 +157,8 @@ def test_while_steering_the_robot_waits_until_patience_ends(mentor, client, tmp_
             wait_until(lambda: mentor.actor.waiting, 'observation')
             assert client.set('mentor', patience=0.05) == ''
             count = len(client.received['action'])
-            client.until(lambda: len(client.received['action']) > count + 3, 'actions without advice')
+            client.until(lambda: len(client.received['action']) > count + 3,
+                         'actions without advice')
             assert not client.received['action'][-1].followed
             assert 'out of range' in client.set('mentor', patience=0.0)
 

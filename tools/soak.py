@@ -133,7 +133,8 @@ def run(options: TrainingOptions) -> int:
     rclpy.init(args=['soak'], signal_handler_options=SignalHandlerOptions.NO)
     try:
         with interrupts() as stop:
-            readings = soak(replace(options, row=replace(options.config, iterations=ENDLESS)), stop)
+            endless = replace(options.config, iterations=ENDLESS)
+            readings = soak(replace(options, config=endless), stop)
         return show_growth(readings, given.after)
     except (NodeDied, SoakFailed) as failure:
         print(f'soak: {failure}', file=sys.stderr)

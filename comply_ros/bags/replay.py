@@ -91,5 +91,5 @@ def with_progress(messages: DecodedMessages, program: str) -> Iterator[tuple[str
                 progress.update(task, completed=bag.count)
         progress.update(task, completed=bag.count)
     if bag.truncation:
-        print(f'{program}: bag {printable(bag.path)} was cut off: {bag.truncation}; read up to the '
-              f'last complete message, {bag.count} in all', file=sys.stderr)
+        print(f'{program}: bag {printable(bag.path)} was cut off: {bag.truncation}; read up to '
+              f'the last complete message, {bag.count} in all', file=sys.stderr)

@@ -98,8 +98,8 @@ def _wait(done: SimpleQueue, stop: StopFlag) -> Any:
 
 
 @contextmanager
-def local_executor(function: Callable[[Any, StopFlag], Any], stop: StopFlag, workers: int | None = None
-                   ) -> Iterator[Executor]:
+def local_executor(function: Callable[[Any, StopFlag], Any], stop: StopFlag,
+                   workers: int | None = None) -> Iterator[Executor]:
     """Give an `Executor` of threads, one a core by default, that call `function(job, stop)`."""
     workers = workers or os.cpu_count() or 1
     with ThreadPoolExecutor(workers) as pool:

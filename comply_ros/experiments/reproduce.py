@@ -148,7 +148,8 @@ def _complete(
             cache.save_greedy_curve(run, training_runs.greedy_curve(run))
 
 
-def _compute(missing: Sequence[Run], watched: set[Run], cache: ResultCache, stop: StopFlag) -> None:
+def _compute(missing: Sequence[Run], watched: set[Run], cache: ResultCache,
+             stop: StopFlag) -> None:
     """Compute the missing cells on all cores; save each as soon as all its seeds are done."""
     results: dict[Run, dict[int, RunResult]] = {run: {} for run in missing}
 

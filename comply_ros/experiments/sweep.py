@@ -93,7 +93,8 @@ def finished_runs(sweep: Sweep, table: CsvTable) -> set[int]:
     return done
 
 
-def _fill(table: CsvTable, sweep: Sweep, done: set[int], executor: Executor, stop: StopFlag) -> None:
+def _fill(table: CsvTable, sweep: Sweep, done: set[int], executor: Executor,
+          stop: StopFlag) -> None:
     """Add each missing run to the table and to `done` as soon as it has completed."""
     missing = ((k, sweep.run(k)) for k in range(len(sweep)) if k not in done)
     with progress_bar() as bar:

@@ -143,7 +143,8 @@ def mentor_return(run: Run) -> float | None:
     return reference_returns_of(run).return_of(advice) if (advice != NO_ACTION).any() else None
 
 
-def learn(run: Run, stop: StopFlag | None = None, watches_values: bool = False) -> RunResult | None:
+def learn(run: Run, stop: StopFlag | None = None,
+          watches_values: bool = False) -> RunResult | None:
     """
     Return the `RunResult` of a run; None if `stop` was set on the way.
 

@@ -118,7 +118,7 @@ def policy_shaping_confidence(s: int, advice: int, consistency: float, temperatu
 
 @kernel
 def guided_steps(stage: float, config: KernelConfig) -> float:
-    """Number of first steps that a jump start guides, after `stage` shortenings."""
+    """Return the number of first steps that a jump start guides, after `stage` shortenings."""
     return config.guided_steps * max(0.0, 1.0 - stage / config.guided_stages)
 
 

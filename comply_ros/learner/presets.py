@@ -10,7 +10,7 @@ from comply_ros.learner.learner_config import ConfigError, LearnerConfig, TINY
 
 def find_method(name: str, profile: str) -> LearnerConfig:
     """
-    Settings of a method in a profile.
+    Return the settings of a method in a profile.
 
     Raises
     ------

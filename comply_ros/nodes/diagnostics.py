@@ -53,8 +53,9 @@ class Diagnostics:
             values['state_dir'] = 'nothing is stored'
         else:
             values['journal bytes'] = store.journal_bytes
-            values['last checkpoint'] = 'none yet' if store.checkpoint_time is None else time.strftime(
-                '%Y-%m-%d %H:%M:%S', time.localtime(store.checkpoint_time))
+            written = store.checkpoint_time
+            values['last checkpoint'] = 'none yet' if written is None else time.strftime(
+                '%Y-%m-%d %H:%M:%S', time.localtime(written))
         array = DiagnosticArray(status=[DiagnosticStatus(
             level=level, name=self._node.get_fully_qualified_name().lstrip('/'), message=message,
             hardware_id=process_name(os.getpid()),

@@ -27,7 +27,7 @@ def max_q_except(s: int, excluded: int, q: NDArray[Any]) -> float:
 
 @kernel
 def count_untried(s: int, q: NDArray[Any], visits: NDArray[Any]) -> int:
-    """Number of actions of state s that were never tried."""
+    """Return the number of actions of state s that were never tried."""
     count = 0
     for a in range(4):
         count += int(q[s, a] > NOTHING and visits[s, a] == 1.0)

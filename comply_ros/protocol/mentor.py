@@ -27,7 +27,8 @@ from comply_ros.protocol.validation import validate_confidence, validate_observa
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
 
-BUDGET_ARRAYS = ('advised', 'remaining', 'last_actions')  # the attributes of an `AdviceBudget` that change
+# The attributes of an `AdviceBudget` that change.
+BUDGET_ARRAYS = ('advised', 'remaining', 'last_actions')
 
 
 class Mentor:

@@ -204,7 +204,7 @@ def is_reset_of(description: WorldDescription, before: WorldDescription | None) 
 
 
 def describe_world(grid: Grid, name: str, run: int, began: float = 0.0) -> WorldDescription:
-    """Description of a grid; began: system time in seconds since 1970, for people to read."""
+    """Return the description of a grid; began: seconds since 1970, for people to read."""
     return WorldDescription(
         run=run, began=began, name=name, width=grid.width, height=grid.height, rows=grid.rows,
         starts=grid.starts, step_reward=grid.step_reward, obstacle_reward=grid.obstacle_reward,
