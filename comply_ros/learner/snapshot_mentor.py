@@ -56,7 +56,9 @@ def snapshot_policy(world: World, level: float, seed: int,
     for number in range(SNAPSHOT_ITERATIONS):
         training.iterate()
         policy = greedy(training.state.q, world.free)
-        away = abs(reference.optimality(reference.return_of(policy)) - level)
+        optimality = reference.optimality(reference.return_of(policy))
+        # Where the random policy is optimal, so is every other.
+        away = abs((1.0 if optimality is None else optimality) - level)
         if away < distance:
             nearest, distance = policy, away
         on_progress(number / SNAPSHOT_ITERATIONS)

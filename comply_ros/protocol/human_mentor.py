@@ -13,6 +13,7 @@ from comply_ros.protocol.mentor import Mentor
 from comply_ros.protocol.messages import Outputs, Recommendation, StateReward, step_id
 from comply_ros.protocol.validation import validate_observation
 from comply_ros.world.grid import NO_ACTION
+from comply_ros.world.mdp import World
 
 
 class HumanMentor(Mentor):
@@ -69,9 +70,10 @@ class HumanMentor(Mentor):
             it, or the state does not have the action; then nothing changes.
 
         """
-        policy = self._policy_to_edit().copy()
+        policy, world = self._policy_to_edit()
+        policy = policy.copy()
         for state, action in cells.items():
-            validate_advice(state, action, self.world)
+            validate_advice(state, action, world)
             policy[state] = action
         self._set(policy)
 
@@ -84,8 +86,8 @@ class HumanMentor(Mentor):
         ValueError: as for `edit`.
 
         """
-        self._policy_to_edit()
-        self._set(validate_policy(policy, self.world))
+        _, world = self._policy_to_edit()
+        self._set(validate_policy(policy, world))
 
     def steer(self, action: int) -> Outputs:
         """
@@ -116,10 +118,10 @@ class HumanMentor(Mentor):
         policy.flags.writeable = False
         self.edited_policy, self.policy = policy, policy.tolist()
 
-    def _policy_to_edit(self) -> NDArray[np.int8]:
-        if self.edited_policy is None:
+    def _policy_to_edit(self) -> tuple[NDArray[np.int8], World]:
+        if self.edited_policy is None or self.world is None:
             raise PolicyError('a policy must be for a world, and none is known yet')
-        return self.edited_policy
+        return self.edited_policy, self.world
 
     def _advise(self, msg: StateReward) -> Outputs:
         """Return the recommendation for a state, the same for one that is repeated."""

@@ -229,6 +229,7 @@ class Mentor:
         return (Notice(f'follows world {description.name!r}, run {description.run}'),)
 
     def _advise_by(self, policy: NDArray[np.int8]) -> None:
+        assert self.world is not None
         self._budget = AdviceBudget(self.world, policy, self._budget_size, self._mode)
 
     def _forget_run(self) -> None:

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The grid world as a Markov decision process in arrays, and one move in it."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -88,6 +90,6 @@ def taken_action(s: int, a: int, u: float, intended: float, slips: NDArray[np.bo
 
 
 @kernel
-def first_state(u: float, starts: NDArray[np.int32]) -> int:
+def first_state(u: float, starts: Any) -> int:
     """State in which an episode starts: one of `starts`, equally likely. u: uniform in [0, 1)."""
     return starts[min(int(u * len(starts)), len(starts) - 1)]
