@@ -44,7 +44,7 @@ def choose(s: int, advice: int, step: int, u_listen: float, u_act: float,
 @kernel
 def softmax_action(s: int, excluded: int, u: float, temperature: float, q: Array) -> int:
     """
-    Return the action of state s drawn by the Gibbs softmax (2.24), without the excluded one (-1: all).
+    Draw an action of state s by the Gibbs softmax (2.24), without the excluded one (-1: all).
 
     u: uniform in [0, 1). An action that the state does not have has the value -inf and weight 0.
     A state with no other action than the excluded one gives that action.
