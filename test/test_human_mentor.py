@@ -194,7 +194,7 @@ def test_another_map_starts_without_advice_and_answers_what_was_held():
     for _ in range(RIVAL_MESSAGES):
         assert mentor.observe(state()) == ()
     outputs = [msg for _ in range(WORLD_SILENT) for msg in mentor.tick()]
-    assert outputs == [Notice("advises in world 'room', run 7"), *advice(NO_ACTION)]
+    assert outputs == [Notice("follows world 'room', run 7"), *advice(NO_ACTION)]
     assert (mentor.edited_policy == NO_ACTION).all() and len(mentor.edited_policy) == 9
 
 

@@ -277,9 +277,9 @@ def test_a_changed_confidence_or_temperature_counts_from_now_on():
     network.run(60)
     network.learner.change({'confidence': 0.25, 'temperature': 2.0})
     state = network.learner.state
-    assert state.confidence[0] == 0.25 and state.temperature[0] == 2.0
+    assert state.scheduled_confidence[0] == 0.25 and state.temperature[0] == 2.0
     network.learner.change({'discount': 0.9})
-    assert network.learner.state.confidence[0] == 0.25  # another change does not set it back
+    assert network.learner.state.scheduled_confidence[0] == 0.25  # another change does not set it back
 
 
 def test_a_changed_first_value_counts_only_for_actions_and_states_that_were_never_tried():

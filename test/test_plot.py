@@ -6,6 +6,7 @@ import matplotlib.image
 import pytest
 
 from comply_ros.bags import plot
+from comply_ros.protocol.run_view import RunReports
 
 
 @pytest.fixture(scope='module')
@@ -51,11 +52,11 @@ def test_a_picture_without_its_messages_is_not_drawn(messages, tmp_path, missing
 
 
 def test_the_curve_starts_again_with_a_new_learner(messages):
-    training = plot.RecordedTraining()
+    reports = RunReports(history=True)
     for topic, msg in [*messages, *SimulatedRun(number=6, run=8, iterations=2).messages]:
-        training.add(topic, msg)
-    assert list(training.progress) == [1, 2]
-    assert {run for run, _ in training.episodes} == {8}
+        reports = plot.add_message(reports, topic, msg)
+    assert list(reports.progress_by_iteration) == [1, 2]
+    assert {run for run, _ in reports.episodes} == {8}
 
 
 def test_a_bag_with_nothing_to_draw_is_reported_in_one_line(messages, tmp_path, capsys):

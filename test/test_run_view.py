@@ -171,7 +171,8 @@ def test_the_history_has_every_result_and_the_newest_advice():
     reports.add('recommendation', Recommendation(7, 1, 0, 4, 2))
     reports.add('recommendation', Recommendation(7, 1, 2, 4, 3))
     reports.add('state', state(4, 2))
-    assert list(reports.progress_by_iteration) == list(reports.episodes) == [1, 2]
+    assert list(reports.progress_by_iteration) == [1, 2]
+    assert list(reports.episodes) == [(7, 1), (7, 2)]
     assert (reports.advice, reports.visited) == ({4: 3}, {4})
 
 

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from comply_ros.experiments import train
+from comply_ros.learner.learner_state import LearnerState
 from comply_ros.learner.presets import METHODS
 from comply_ros.mentor.policy_text import parse_policy
 from comply_ros.storage.map_files import read_map
@@ -154,8 +155,7 @@ def test_learning_npz_has_the_arrays_of_the_learner(tmp_path):
     run(tmp_path)
     with np.load(tmp_path / 'learning.npz') as learned:
         assert learned['q'].shape == (121, 4)
-        assert set(learned) == {'q', 'visits', 'belief', 'arrivals', 'schedule', 'traces',
-                                'trail', 'outcomes', 'confidence'}
+        assert set(learned) == {*LearnerState._fields, 'confidence'}
         assert ((0 <= learned['confidence']) & (learned['confidence'] <= 1)).all()
     world = World(read_map('bar_grid', 'published'))
     assert parse_policy((tmp_path / 'mentor.txt').read_text(), world).shape == (121,)

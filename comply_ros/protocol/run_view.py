@@ -75,7 +75,7 @@ class RunReports:
     size: (width, height) that each of these arrays was published with.
     advice: the newest recommended action by state.
     visited: the states of all observations.
-    progress_by_iteration, episodes: all results, with `history`; episodes by number.
+    progress_by_iteration, episodes: all results, with `history`; episodes by (run, episode).
 
     """
 
@@ -95,7 +95,7 @@ class RunReports:
         self.advice: dict[int, int] = {}
         self.visited: set[int] = set()
         self.progress_by_iteration: dict[int, Progress] = {}
-        self.episodes: dict[int, Episode] = {}
+        self.episodes: dict[tuple[int, int], Episode] = {}
         self._history = history
 
     def add(self, topic: str, msg: Any) -> None:
@@ -115,7 +115,7 @@ class RunReports:
         elif topic == 'episode':
             self.episode = msg
             if self._history:
-                self.episodes[msg.episode] = msg
+                self.episodes[msg.run, msg.episode] = msg
         elif topic in STATE_MAPS:
             field, dtype = STATE_MAPS[topic]
             setattr(self, topic, np.array(getattr(msg, field), dtype=dtype))
