@@ -279,7 +279,8 @@ def test_a_changed_confidence_or_temperature_counts_from_now_on():
     state = network.learner.state
     assert state.scheduled_confidence[0] == 0.25 and state.temperature[0] == 2.0
     network.learner.change({'discount': 0.9})
-    assert network.learner.state.scheduled_confidence[0] == 0.25  # another change does not set it back
+    again = network.learner.state  # another change does not set it back
+    assert again.scheduled_confidence[0] == 0.25
 
 
 def test_a_changed_first_value_counts_only_for_actions_and_states_that_were_never_tried():
