@@ -68,7 +68,7 @@ def spans(row: str, sign: str) -> Iterator[tuple[int, int]]:
 def mentor_arrows(world: World, policy: NDArray[np.int8],
                   trust: NDArray[np.float32] | None) -> str:
     """
-    SVG of the mentor's arrows, from red (not trusted) over orange to green (trusted).
+    SVG of the mentor's arrows, from red (not trusted) over amber to green (trusted).
 
     policy: `a[s]`, -1 for no advice. trust: `p[s]` in [0, 1], or None: the arrows are grey.
     """

@@ -11,6 +11,7 @@ import numpy as np
 from rclpy.logging import LoggingSeverity
 
 from comply_ros.mentor.mentor_policies import MentorError
+from comply_ros.nodes.clocks import steady_timer
 from comply_ros.nodes.human_mentor import HumanMentorNode
 from comply_ros.nodes.parameters import MENTOR, MENTOR_SEED, ParameterError, POLICY_FILE
 from comply_ros.nodes.spin import run_node
@@ -50,9 +51,9 @@ class TeleopMentorNode(HumanMentorNode):
         self._remark, self._started = '', False
         self.steering = True
         self.subscribe(TRUST, self._on_trust)
-        self.create_timer(0.02, self._read_keys)
-        self.create_timer(0.1, self._draw)
-        self.create_timer(2.0, terminal.redraw)
+        steady_timer(self, 0.02, self._read_keys)
+        steady_timer(self, 0.1, self._draw)
+        steady_timer(self, 2.0, terminal.redraw)
         self._terminal = terminal
         terminal.open()
 
