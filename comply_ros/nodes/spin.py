@@ -2,6 +2,7 @@
 """How a node starts, spins and ends, with every error on one line."""
 
 from collections.abc import Callable
+import gc
 from itertools import takewhile
 import os
 from pathlib import Path
@@ -88,6 +89,7 @@ def _init(argv: list[str]) -> None:
 def _spin(node: Any, stop: StopFlag) -> None:
     executor = EventsExecutor()
     executor.add_node(node)
+    gc.freeze()  # what a node is made of is not looked through while it runs
     node.get_logger().info('ready')
     try:
         while rclpy.ok() and not stop.is_set():
