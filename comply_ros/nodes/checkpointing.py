@@ -6,6 +6,7 @@ from typing import Any
 
 from rclpy.node import Node
 
+from comply_ros.storage.file_system import reason_of
 from comply_ros.storage.state_store import StateStore
 
 
@@ -49,7 +50,7 @@ class Checkpointing:
         except OSError as error:
             if self.error is None:
                 self.error = (f'pauses: state_dir {self._folder!r} cannot be written '
-                              f'({_reason(error)})')
+                              f'({reason_of(error)})')
                 self._node.get_logger().error(f'{self.error}; continues when it can')
             return False
         finally:
@@ -63,7 +64,7 @@ class Checkpointing:
             except OSError as error:
                 self.store.postpone_checkpoint()
                 self._node.get_logger().warning(
-                    f'no new checkpoint in state_dir {self._folder!r} ({_reason(error)}): the '
+                    f'no new checkpoint in state_dir {self._folder!r} ({reason_of(error)}): the '
                     'journal goes on')
         return True
 
@@ -80,7 +81,3 @@ class Checkpointing:
         """Close the files."""
         if self.store:
             self.store.close()
-
-
-def _reason(error: OSError) -> str:
-    return (error.strerror or str(error)).lower()

@@ -60,6 +60,7 @@ from comply_ros.protocol.messages import (
     WorldDescription,
 )
 from comply_ros.protocol.validation import rejected_description
+from comply_ros.storage.file_system import path_errors, PathError, printable
 from comply_ros.storage.run_files import save_learning
 from comply_ros.storage.state_store import StateError
 from comply_ros.world.planning import greedy, state_values
@@ -139,24 +140,20 @@ class LearnerNode(ProtocolNode):
             if reason is None:
                 response.success, response.digest = True, machine.state.digest()
             else:
-                path = request.path if request.path.isprintable() else repr(request.path)
-                response.message = f'{path}: {reason}'
+                response.message = f'{printable(request.path)}: {reason}'
         return response
 
     def _write(self, path: str) -> str | None:
         """Write what was learned to a file; return why that is impossible, or None."""
         machine = self.machine
         try:
-            place = Path(path).expanduser()
-            if place.exists() and not place.is_file():  # as root, a device would be replaced
-                return 'there is something that is not a file'
-            save_learning(place, machine.config, machine.state, machine.advice())
-        except OSError as error:
-            return error.strerror.lower()
-        except ValueError:  # a NUL, or half of a character
-            return 'no file can have this name'
-        except RuntimeError:  # ~USER/
-            return 'no such user'
+            with path_errors():
+                place = Path(path).expanduser()
+                if place.exists() and not place.is_file():  # as root, a device would be replaced
+                    return 'there is something that is not a file'
+                save_learning(place, machine.config, machine.state, machine.advice())
+        except PathError as error:
+            return str(error)
         return None
 
     def status_text(self) -> str:

@@ -16,7 +16,7 @@ from comply_ros.nodes.diagnostics import TOPIC as DIAGNOSTICS
 from comply_ros.nodes.parameters import BAG, ParameterError, SafeParameterNode
 from comply_ros.nodes.spin import run_node
 from comply_ros.nodes.topic_type_check import type_name
-from comply_ros.storage.file_system import printable
+from comply_ros.storage.file_system import printable, reason_of
 
 TOPICS = tuple(each for each in vars(topics).values() if isinstance(each, topics.Topic))
 DEPTH = 10_000  # messages of a topic that may wait to be written: four seconds at full speed
@@ -91,7 +91,7 @@ class RecordNode(SafeParameterNode):
 
     def _error(self, error: OSError) -> RecordError:
         return RecordError(f'bag {printable(self._path)!r} cannot be written '
-                           f'({(error.strerror or str(error)).lower()})')
+                           f'({reason_of(error)})')
 
 
 def new_path(name: str) -> Path:

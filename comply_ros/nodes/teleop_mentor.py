@@ -77,7 +77,7 @@ class TeleopMentorNode(HumanMentorNode):
         if self.policy is None:
             return head
         robot, cursor = self.machine.robot, None if self.steering else self._cursor_state()
-        return head + map_lines(self.machine.world.grid, self.policy, self._confidence(),
+        return head + map_lines(self._known()[1].grid, self.policy, self._confidence(),
                                 robot and robot.state, cursor, columns, rows - len(head))
 
     def _do(self, key: str) -> str:
@@ -108,13 +108,13 @@ class TeleopMentorNode(HumanMentorNode):
 
     def _cursor_state(self) -> int:
         """State under the cursor: that of the robot when painting began, then as moved."""
-        if self._cursor is None or self._cursor >= len(self.policy):
-            robot = self.machine.robot
-            self._cursor = robot.state if robot else self.machine.world.grid.starts[0]
+        (policy, world), robot = self._known(), self.machine.robot
+        if self._cursor is None or self._cursor >= len(policy):
+            self._cursor = robot.state if robot else world.grid.starts[0]
         return self._cursor
 
     def _move_cursor(self, action: int) -> None:
-        grid = self.machine.world.grid
+        grid = self._known()[1].grid
         x, y = (a + b for a, b in zip(grid.place(self._cursor_state()), STEPS[action]))
         if 0 <= x < grid.width and 0 <= y < grid.height:
             self._cursor = y * grid.width + x
@@ -168,13 +168,13 @@ class TeleopMentorNode(HumanMentorNode):
             yield f'trust in you: {trust}; advice in {len(advised)} states'
         yield self._remark
 
-    def _log_rejected(self, msg: Rejected) -> None:
-        super()._log_rejected(msg)
-        self._remark = f'rejected: {msg.reason}'
+    def _log_rejected(self, output: Rejected) -> None:
+        super()._log_rejected(output)
+        self._remark = f'rejected: {output.reason}'
 
-    def _log_notice(self, msg: Notice) -> None:
-        super()._log_notice(msg)
-        self._remark = msg.text
+    def _log_notice(self, output: Notice) -> None:
+        super()._log_notice(output)
+        self._remark = output.text
 
 
 def main(argv: list[str]) -> int:

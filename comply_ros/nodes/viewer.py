@@ -82,7 +82,8 @@ class ViewerNode(SafeParameterNode):
             self._log((rejected_description(error),))
 
     def _start_run(self, is_reset: bool) -> Outputs:
-        description = self._view.tracker.description
+        description = self._view.reports.description
+        assert description is not None
         return (Notice(f'shows world {description.name!r}, run {description.run}'),)
 
     def _tick(self) -> None:
@@ -116,7 +117,7 @@ class ViewerNode(SafeParameterNode):
         if 'state' in self._view.changed and trail:
             self._view.changed.discard('state')
             if len(trail) > 1:
-                self._angle = heading(*trail[-2:], world.grid.width)
+                self._angle = heading(*trail[-2:], world.grid.width) or 0.0
             place = cell_centers(trail[-1], world.grid.width, self._cell)
             header = self._header()
             self._publish[views.ROBOT](views.pose_message(header, place, self._angle))
