@@ -38,7 +38,7 @@ def recorded(folder, *learner):
                 yield {**started, **others}
 
 
-def test_a_lesson_is_recorded_replayed_and_drawn(tmp_path):
+def test_a_lesson_is_recorded_replayed_and_plotted(tmp_path):
     assert train.main(['train', *SMALL, '--out', str(tmp_path / 'train')]) == 0
     digest = json.loads((tmp_path / 'train' / 'summary.json').read_text())['digest']
     bag = tmp_path / 'bag'
@@ -46,10 +46,10 @@ def test_a_lesson_is_recorded_replayed_and_drawn(tmp_path):
         wait_until(lambda: f', the last {digest}' in run('replay', str(bag)).stdout, 'proof')
     log = started['record'].log.read_text()
     assert 'Traceback' not in log and f'messages to {bag} (/world ' in log
-    proven = run('replay', str(bag))
-    assert proven.returncode == 0, proven.stdout + proven.stderr
-    assert proven.stdout.startswith('the same: learner ')
-    assert 'had not ended' not in proven.stdout and 'cut off' not in proven.stderr
+    replayed = run('replay', str(bag))
+    assert replayed.returncode == 0, replayed.stdout + replayed.stderr
+    assert replayed.stdout.startswith('verified: learner ')
+    assert 'had not finished' not in replayed.stdout and 'cut off' not in replayed.stderr
     pictures = run('plot', str(bag), '--out', str(tmp_path / 'pictures'))
     assert pictures.returncode == 0, pictures.stderr
     assert sorted(os.listdir(tmp_path / 'pictures')) == [
@@ -62,10 +62,10 @@ def test_a_recorder_that_is_killed_leaves_what_it_received(tmp_path):
         size = (bag / 'bag.mcap').stat().st_size
         wait_until(lambda: (bag / 'bag.mcap').stat().st_size > size + 50_000, 'more bytes')
         started['record'].kill()
-    proven = run('replay', str(bag))
-    assert proven.returncode == 0, proven.stdout + proven.stderr
-    assert 'its learning had not ended' in proven.stdout
-    assert 'bag.mcap has no end after byte' in proven.stderr
+    replayed = run('replay', str(bag))
+    assert replayed.returncode == 0, replayed.stdout + replayed.stderr
+    assert 'its training had not finished' in replayed.stdout
+    assert 'bag.mcap has no end after byte' in replayed.stderr
 
 
 def test_parameters_that_change_and_a_reset_while_it_learns_are_replayed(tmp_path):
@@ -83,9 +83,9 @@ def test_parameters_that_change_and_a_reset_while_it_learns_are_replayed(tmp_pat
         grows()
         started['record'].interrupt()
         assert started['record'].wait() == 0
-    proven = run('replay', str(bag))
-    assert proven.returncode == 0, proven.stdout + proven.stderr
-    assert proven.stdout.count('the same: learner ') == 2
+    replayed = run('replay', str(bag))
+    assert replayed.returncode == 0, replayed.stdout + replayed.stderr
+    assert replayed.stdout.count('verified: learner ') == 2
 
 
 def test_a_bag_that_exists_is_not_touched(tmp_path):
