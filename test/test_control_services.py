@@ -32,7 +32,7 @@ def expected():
     training = Training(world, mentor_policy(read_mentor_spec('noisy:0.3'), world, 0), row, 3)
     for _ in range(6):
         training.iterate()
-    return training.memory.digest()
+    return training.state.digest()
 
 
 @pytest.fixture

@@ -48,7 +48,7 @@ def trained(iterations):
     training = Training(world, mentor_policy(read_mentor_spec('noisy:0.3'), world, 0), row, 3)
     for _ in range(iterations):
         training.iterate()
-    return training.memory.digest()
+    return training.state.digest()
 
 
 @pytest.fixture
@@ -394,7 +394,7 @@ def test_the_mentor_node_of_the_readme_can_take_the_place_of_ours(tmp_path):
     try:
         with nodes(tmp_path, grid_world=('-p', 'map:=free_grid', '-p', 'seed:=3'),
                    learner=LEARNER) as started:
-            assert digest_of(started['learner']) == training.memory.digest()
+            assert digest_of(started['learner']) == training.state.digest()
             assert 'rejected' not in started['learner'].log.read_text()
     finally:
         mine.terminate()
