@@ -36,7 +36,7 @@ class Topic(NamedTuple):
     message: type[Any]
     tuple_type: type[Any]
     qos: QoSProfile
-    raw: bool
+    raw: bool = False
 
 
 def _topic(name: str, qos: QoSProfile) -> Topic:

@@ -303,7 +303,8 @@ class Learner:
         description = self.tracker.description
         assert description is not None
         return {'agent': agent, 'number': self.number, 'changes': self.changes,
-                'description': description,
+                'description': description._replace(  # in a message they are an array
+                    rows=tuple(description.rows), starts=tuple(description.starts)),
                 'order': self.tracker.state_dict(), 'last_advice': self._last_advice,
                 'action': self._action, 'advised_action': self._advised_action,
                 'reports': list(self.reports)}, {**arrays, **self._advice.arrays()}
