@@ -174,9 +174,9 @@ class Learner:
         self.waiting, outputs = msg, ()
         if msg.terminated or not self.agent.config.needs_mentor():
             outputs = self._answer(NO_ACTION)
-        elif self._remembers_advice:
+        else:
             known = self._advice.newest_advice(s)
-            if known:
+            if known and (self._remembers_advice or step_id(known) == step_id(msg)):
                 outputs = self._answer(known.action)
         return outputs + self.on_recommendation(early) if early else outputs
 
