@@ -300,3 +300,17 @@ def test_late_advice_after_a_checkpoint_is_restored_from_the_journal():
     restored.load_state_dict(json.loads(json.dumps(values)), arrays, learner.journal_entries)
     assert restored.advice().tolist() == learner.advice().tolist()
     assert restored.advice()[0] == UP
+
+
+@pytest.mark.parametrize('remembers_advice', [False, True])
+def test_advice_whose_observation_the_journal_lost_answers_the_repeated_observation(
+        remembers_advice):
+    learner = make_learner(remembers_advice=remembers_advice)
+    values, arrays = learner.state_dict()
+    arrays = {name: array.copy() for name, array in arrays.items()}
+    learner.observe(state())
+    action, = learner.on_recommendation(advice())
+    recommendation, _ = learner.journal_entries  # the second entry is lost
+    restored = Learner(CONFIG, 0, remembers_advice)
+    restored.load_state_dict(json.loads(json.dumps(values)), arrays, [recommendation])
+    assert restored.observe(state()) == (action,)
