@@ -158,8 +158,7 @@ class Learner:
         problem = tracker.check_order(msg)
         if self.finished or isinstance(problem, (Rejected, Ignored)):
             return (problem,) if problem else ()
-        episode, step = tracker.answered
-        if here != (episode, step + 1):
+        if not tracker.is_next_step(here):
             self.agent.forget_last_action()
         if tracker.led_here_by_other(msg):
             self.agent.forget_last_action()
@@ -342,6 +341,8 @@ class Learner:
         early = self._advice.add_observation(step_id(msg), msg.state)
         if early:
             self._advice.add_advice(early, self._world)
+        if not self.tracker.is_next_step(step_id(msg)):
+            self.agent.forget_last_action()
         self.waiting = msg
         self._answer(entry.advice)
 
