@@ -163,6 +163,7 @@ class Learner:
         if tracker.led_here_by_other(msg):
             self.agent.forget_last_action()
             self._forget_answers()
+            self.needs_checkpoint = True  # the journal does not say whose action led here
         outputs = self._start_step(msg, msg.state)
         return (problem, *outputs) if problem else outputs
 
