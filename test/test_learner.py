@@ -347,3 +347,17 @@ def test_a_learner_restored_from_a_journal_with_a_gap_learned_the_same():
     restored = restored_from(*saved, learner.journal_entries, trust='none', learning_rate=0.5)
     assert restored.state.digest() == learner.state.digest()
     assert restored.agent.steps == 1
+
+
+def test_a_learner_restored_after_another_one_made_a_move_learned_the_same():
+    learner = make_learner(trust='none', learning_rate=0.5)
+    saved = checkpoint(learner)
+    learner.observe(state())
+    moved = state(step=1, s=1, reward=-1.0)
+    learner.observe(moved._replace(learner=5))
+    assert types(learner.observe(moved)) == [Action]  # the other learner is gone
+    if learner.needs_checkpoint:
+        saved = checkpoint(learner)
+    restored = restored_from(*saved, learner.journal_entries, trust='none', learning_rate=0.5)
+    assert restored.state.digest() == learner.state.digest()
+    assert restored.agent.steps == learner.agent.steps == 0
