@@ -300,3 +300,64 @@ def test_late_advice_after_a_checkpoint_is_restored_from_the_journal():
     restored.load_state_dict(json.loads(json.dumps(values)), arrays, learner.journal_entries)
     assert restored.advice().tolist() == learner.advice().tolist()
     assert restored.advice()[0] == UP
+
+
+@pytest.mark.parametrize('remembers_advice', [False, True])
+def test_advice_whose_observation_the_journal_lost_answers_the_repeated_observation(
+        remembers_advice):
+    learner = make_learner(remembers_advice=remembers_advice)
+    values, arrays = learner.state_dict()
+    arrays = {name: array.copy() for name, array in arrays.items()}
+    learner.observe(state())
+    action, = learner.on_recommendation(advice())
+    recommendation, _ = learner.journal_entries  # the second entry is lost
+    restored = Learner(CONFIG, 0, remembers_advice)
+    restored.load_state_dict(json.loads(json.dumps(values)), arrays, [recommendation])
+    assert restored.observe(state()) == (action,)
+
+
+def restored_from(values, arrays, journal, **settings):
+    """Return a learner that continues from a checkpoint on disk and its journal."""
+    learner = Learner(replace(CONFIG, **settings), seed=0)
+    learner.load_state_dict(json.loads(json.dumps(values)), arrays, journal)
+    return learner
+
+
+def checkpoint(learner):
+    """Write the checkpoint that a learner needs; return it."""
+    learner.needs_checkpoint = False
+    learner.journal_entries.clear()
+    values, arrays = learner.state_dict()
+    return json.loads(json.dumps(values)), {name: array.copy() for name, array in arrays.items()}
+
+
+def test_a_learner_restored_from_a_journal_with_a_gap_learned_the_same():
+    learner = make_learner(trust='none', learning_rate=0.5)
+    saved = checkpoint(learner)
+    learner.observe(state())
+    learner.allow_gap()
+    learner.tick()
+    later = state(step=7, s=4, reward=-1.0)
+    for _ in range(2):
+        learner.observe(later)
+        learner.tick()
+    assert types(learner.observe(later)) == [Action]
+    learner.observe(state(step=8, s=5, reward=-1.0))
+    assert learner.agent.steps == 1 and not learner.needs_checkpoint
+    restored = restored_from(*saved, learner.journal_entries, trust='none', learning_rate=0.5)
+    assert restored.state.digest() == learner.state.digest()
+    assert restored.agent.steps == 1
+
+
+def test_a_learner_restored_after_another_one_made_a_move_learned_the_same():
+    learner = make_learner(trust='none', learning_rate=0.5)
+    saved = checkpoint(learner)
+    learner.observe(state())
+    moved = state(step=1, s=1, reward=-1.0)
+    learner.observe(moved._replace(learner=5))
+    assert types(learner.observe(moved)) == [Action]  # the other learner is gone
+    if learner.needs_checkpoint:
+        saved = checkpoint(learner)
+    restored = restored_from(*saved, learner.journal_entries, trust='none', learning_rate=0.5)
+    assert restored.state.digest() == learner.state.digest()
+    assert restored.agent.steps == learner.agent.steps == 0

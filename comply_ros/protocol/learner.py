@@ -158,12 +158,12 @@ class Learner:
         problem = tracker.check_order(msg)
         if self.finished or isinstance(problem, (Rejected, Ignored)):
             return (problem,) if problem else ()
-        episode, step = tracker.answered
-        if here != (episode, step + 1):
+        if not tracker.is_next_step(here):
             self.agent.forget_last_action()
         if tracker.led_here_by_other(msg):
             self.agent.forget_last_action()
             self._forget_answers()
+            self.needs_checkpoint = True  # the journal does not say whose action led here
         outputs = self._start_step(msg, msg.state)
         return (problem, *outputs) if problem else outputs
 
@@ -174,9 +174,9 @@ class Learner:
         self.waiting, outputs = msg, ()
         if msg.terminated or not self.agent.config.needs_mentor():
             outputs = self._answer(NO_ACTION)
-        elif self._remembers_advice:
+        else:
             known = self._advice.newest_advice(s)
-            if known:
+            if known and (self._remembers_advice or step_id(known) == step_id(msg)):
                 outputs = self._answer(known.action)
         return outputs + self.on_recommendation(early) if early else outputs
 
@@ -343,6 +343,8 @@ class Learner:
         early = self._advice.add_observation(step_id(msg), msg.state)
         if early:
             self._advice.add_advice(early, self._world)
+        if not self.tracker.is_next_step(step_id(msg)):
+            self.agent.forget_last_action()
         self.waiting = msg
         self._answer(entry.advice)
 

@@ -289,8 +289,12 @@ class RunTracker:
     def _doubt(self, msg: StateReward, again: bool) -> None:
         self._doubted, self._ticked = msg, again and self._ticked
 
-    def _is_next(self, here: StepId) -> bool:
+    def is_next_step(self, here: StepId) -> bool:
+        """Tell whether a step id is one step after the one that was answered last."""
         episode, step = self.answered
-        if here == (episode + 1, 0):
+        return here == (episode, step + 1)
+
+    def _is_next(self, here: StepId) -> bool:
+        if here == (self.answered[0] + 1, 0):
             return self.episode_ended or not self._sees_episode_ends
-        return here == (episode, step + 1) and not self.episode_ended
+        return self.is_next_step(here) and not self.episode_ended
