@@ -33,8 +33,8 @@ body { background: var(--page); color: var(--ink); } .nicegui-content { padding:
 .panel-title { font-size: 0.78rem; font-weight: 600; letter-spacing: 0.05em; color: var(--soft);
                text-transform: uppercase; min-height: 0; }
 .q-item.panel-title .q-item__label { white-space: nowrap; }
-.body--dark .panel .q-btn.text-primary { color: #6cbcf0 !important; }
-.body--dark .panel .q-btn.text-negative { color: #ff8f78 !important; }
+.body--dark .q-btn.text-primary { --q-primary: #6cbcf0; }
+.body--dark .q-btn.text-negative { --q-negative: #ff8f78; }
 .soft { color: var(--soft); font-size: 0.85rem; }
 .number { font-variant-numeric: tabular-nums; }
 .grow { flex: 1 1 auto; min-width: 0; }
