@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Real nodes whose `state_dir` is full, taken away, cut, of another node, or in use."""
+"""Real nodes whose `state_dir` is full, removed, cut, of another node or version, or in use."""
 
 from contextlib import contextmanager
 from dataclasses import replace
@@ -38,15 +38,15 @@ def expected():
     training = Training(world, AdviceBudget(world, policy, 40, 'mistakes'), row, 3)
     for _ in range(8):
         training.iterate()
-    return training.state.digest()
+    return training.memory.digest()
 
 
 @contextmanager
 def lesson(tmp_path, state=None):
     """Run the three nodes with their state in a folder, one for each by default."""
-    keeps = {name: ('-p', f'state_dir:={state or tmp_path / name}') for name in NAMES}
+    states = {name: ('-p', f'state_dir:={state or tmp_path / name}') for name in NAMES}
     arguments = dict(zip(NAMES, (WORLD, MENTOR, LEARNER)))
-    with nodes(tmp_path, **{name: arguments[name] + keeps[name] for name in NAMES}) as started:
+    with nodes(tmp_path, **{name: arguments[name] + states[name] for name in NAMES}) as started:
         yield started
 
 
@@ -67,7 +67,7 @@ def wait_for_journal(folder, name, size=4000):
 
 
 def kill(node):
-    """Kill a node as nothing can be killed more suddenly."""
+    """Kill a node with SIGKILL."""
     os.kill(node.pid, signal.SIGKILL)
     node.wait()
 
@@ -133,7 +133,7 @@ def test_a_learner_on_a_full_disk_goes_on_when_there_is_room_and_can_be_killed_t
 
 
 @pytest.mark.parametrize('name', NAMES)
-def test_a_folder_that_is_taken_away_is_made_anew_and_can_be_gone_on_from(
+def test_a_removed_folder_is_made_anew_and_can_be_continued(
         tmp_path, expected, name):
     with lesson(tmp_path) as started:
         node, folder = started[name], tmp_path / name
@@ -141,14 +141,15 @@ def test_a_folder_that_is_taken_away_is_made_anew_and_can_be_gone_on_from(
         os.kill(started['grid_world'].pid, signal.SIGSTOP)
         shutil.rmtree(folder)
         os.kill(started['grid_world'].pid, signal.SIGCONT)
-        wait_until(log_has(node, f"state_dir '{folder}' was removed: it is created again"), 'word')
-        wait_until(lambda: (folder / f'{name}.snapshot').exists(), 'snapshot')
+        wait_until(log_has(node, f"state_dir '{folder}' was removed: it is created again"),
+                   'log line')
+        wait_until(lambda: (folder / f'{name}.checkpoint').exists(), 'checkpoint')
         kill(node)
         node.start()
         assert digest_of(started['learner']) == expected
 
 
-def test_a_journal_that_is_cut_in_its_last_record_is_gone_on_from(tmp_path):
+def test_a_journal_that_is_cut_in_its_last_record_is_continued(tmp_path):
     with lesson(tmp_path) as started:
         learner, folder = started['learner'], tmp_path / 'learner'
         wait_for_journal(folder, 'learner')
@@ -159,15 +160,15 @@ def test_a_journal_that_is_cut_in_its_last_record_is_gone_on_from(tmp_path):
         assert digest_of(learner)
         goes_on = re.findall(r'continues (after \d+ steps \(\d+ of them|at step id)',
                              learner.log.read_text())
-        assert 1 <= len(goes_on) <= 2  # the second where its last answer was said already
+        assert 1 <= len(goes_on) <= 2  # the second where its last answer was published already
         assert 'Traceback' not in learner.log.read_text()
 
 
 @pytest.fixture(scope='module')
-def kept(tmp_path_factory):
+def stored(tmp_path_factory):
     """Return the folder of nodes that were killed while they learned."""
     from domain_coordinator import domain_id
-    folder = tmp_path_factory.mktemp('kept')
+    folder = tmp_path_factory.mktemp('stored')
     with domain_id() as number, pytest.MonkeyPatch.context() as patched:
         patched.setenv('ROS_DOMAIN_ID', str(number))
         patched.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
@@ -181,16 +182,16 @@ def kept(tmp_path_factory):
 
 @pytest.mark.parametrize('name, changes, reason', [
     ('learner', (*LEARNER, '-p', 'method:=explicit'), "was written with method 'beta_implicit'"),
-    ('learner', (*LEARNER, '-p', 'seed:=4'), 'was written with seed 3, and here it is 4'),
+    ('learner', (*LEARNER, '-p', 'seed:=4'), 'was written with seed 3, but this node has 4'),
     ('grid_world', (*WORLD, '-p', 'map:=maze'), 'was written with map '),
-    ('grid_world', (*WORLD, '-p', 'seed:=4'), 'was written with seed 3, and here it is 4')])
-def test_a_state_of_other_settings_ends_a_node_with_one_line_and_is_left_untouched(
-        kept, name, changes, reason):
-    before = contents(kept)
-    done = run(name, '--ros-args', *changes, '-p', f'state_dir:={kept}')
+    ('grid_world', (*WORLD, '-p', 'seed:=4'), 'was written with seed 3, but this node has 4')])
+def test_the_state_of_other_settings_ends_a_node_with_one_line_and_is_left_untouched(
+        stored, name, changes, reason):
+    before = contents(stored)
+    done = run(name, '--ros-args', *changes, '-p', f'state_dir:={stored}')
     assert done.returncode == 2
     assert reason in one_line(done, name)
-    assert contents(kept) == before
+    assert contents(stored) == before
 
 
 def one_line(done, name):
@@ -200,9 +201,23 @@ def one_line(done, name):
     return line
 
 
-def test_a_damaged_state_ends_a_node_with_one_line_and_is_left_untouched(kept, tmp_path):
-    state = shutil.copytree(kept, tmp_path / 'state')
-    for path in (next(state.glob('grid_world.*.journal')), state / 'grid_world.snapshot'):
+@pytest.mark.parametrize('name, arguments', [('grid_world', WORLD), ('learner', LEARNER)])
+def test_the_state_of_format_1_ends_a_node_with_one_line_and_is_left_untouched(
+        tmp_path, name, arguments):
+    (tmp_path / f'{name}.snapshot').write_bytes(b'comply_ros snapshot 1\n')
+    before = contents(tmp_path)
+    done = run(name, '--ros-args', *arguments, '-p', f'state_dir:={tmp_path}')
+    assert done.returncode == 2
+    assert one_line(done, name) == (
+        f'{name}: {tmp_path}/{name}.snapshot was written by an older version of comply_ros '
+        f'(format 1; this one reads format 2): give another state_dir, or move {name}.* away to '
+        'start anew')
+    assert contents(tmp_path) == before
+
+
+def test_a_damaged_state_ends_a_node_with_one_line_and_is_left_untouched(stored, tmp_path):
+    state = shutil.copytree(stored, tmp_path / 'state')
+    for path in (next(state.glob('grid_world.*.journal')), state / 'grid_world.checkpoint'):
         content = bytearray(path.read_bytes())
         content[len(content) // 2] ^= 1
         path.write_bytes(content)
@@ -213,14 +228,14 @@ def test_a_damaged_state_ends_a_node_with_one_line_and_is_left_untouched(kept, t
         assert contents(state) == before
 
 
-def test_learned_in_another_world_ends_a_learner_and_leaves_its_state_untouched(kept, tmp_path):
-    state = shutil.copytree(kept, tmp_path / 'state')
+def test_learned_in_another_world_ends_a_learner_and_leaves_its_state_untouched(stored, tmp_path):
+    state = shutil.copytree(stored, tmp_path / 'state')
     before = contents(state)
     with nodes(tmp_path, grid_world=('-p', 'map:=maze')) as started:
         wait_until(log_has(started['grid_world'], 'ready'), 'world')
         done = run('learner', '--ros-args', *LEARNER, '-p', f'state_dir:={state}')
     assert done.returncode == 2
-    assert 'keeps what was learned in another world than' in one_line(done, 'learner')
+    assert 'state_dir has the state of a learner in another world than' in one_line(done, 'learner')
     assert ({name: content for name, (content, _) in contents(state).items()}
             == {name: content for name, (content, _) in before.items()})
 
@@ -232,5 +247,5 @@ def test_the_second_node_with_one_state_dir_ends_with_one_line(tmp_path):
         done = run('grid_world', '--ros-args', *WORLD, '-p', f'state_dir:={state}')
         assert done.returncode == 2
         assert one_line(done, 'grid_world') == (
-            f"grid_world: state_dir '{state}' is used by another grid_world that runs: end it, or "
-            'give this one another state_dir')
+            f"grid_world: state_dir '{state}' is in use by another running grid_world: stop that "
+            'one, or give this one another state_dir')

@@ -42,9 +42,10 @@ class NodeProcess:
         self.name, self.log = name, Path(folder) / f'{name}.log'
         self._arguments, self._starts = arguments, []
         self.log.write_bytes(b'')
-        self._start(held)
+        self.start(held)
 
-    def _start(self, held: bool) -> None:
+    def start(self, held: bool = False) -> None:
+        """Start the process, which must not run; its output is appended to the log."""
         self._starts.append(time.monotonic())
         with self.log.open('ab') as output:
             self._process = subprocess.Popen(
@@ -86,7 +87,7 @@ class NodeProcess:
                         if start > time.monotonic() - START_WINDOW]
         if code >= 0 or len(self._starts) > MAX_STARTS:
             self.check()
-        self._start(held=False)
+        self.start()
         return True
 
     def last_lines(self) -> str:
