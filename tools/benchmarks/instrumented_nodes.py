@@ -22,7 +22,7 @@ from tools.benchmarks.callback_timer import CallbackTimer
 from tools.benchmarks.empty_ring import SPIN_TIMEOUT
 from tools.benchmarks.step_times import StepTimes
 
-CLASSES = {'grid_world': 'GridWorld', 'mentor': 'Mentor', 'learner': 'Learner'}
+CLASSES = {'grid_world': 'GridWorldNode', 'mentor': 'MentorNode', 'learner': 'LearnerNode'}
 LOOP_TOPICS = ('STATE', 'RECOMMENDATION', 'ACTION')
 
 
