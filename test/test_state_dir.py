@@ -235,7 +235,7 @@ def test_learned_in_another_world_ends_a_learner_and_leaves_its_state_untouched(
         wait_until(log_has(started['grid_world'], 'ready'), 'world')
         done = run('learner', '--ros-args', *LEARNER, '-p', f'state_dir:={state}')
     assert done.returncode == 2
-    assert 'state_dir has the state of a learner in another world than' in one_line(done, 'learner')
+    assert 'has the state of a learner in another world than' in one_line(done, 'learner')
     assert ({name: content for name, (content, _) in contents(state).items()}
             == {name: content for name, (content, _) in before.items()})
 
