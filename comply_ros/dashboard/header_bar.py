@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The top of the page: which run it shows, what stops it, and errors for the reader."""
+"""The header of the page: map, method, state of the run, and alarms of lost nodes."""
 
 from collections.abc import Awaitable
 from typing import Any

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The returns that a learning curve is compared with, computed in the background."""
+"""Expected returns of the optimal policy and of the mentor, computed in the background."""
 
 from concurrent.futures import Future
 import time

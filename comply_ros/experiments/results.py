@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What plots, checks and tables need of the results: from cells on disk and known worlds."""
+"""Read access to computed runs: curves, metrics and trust for figures, checks and tables."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`train`: the same training in one process, for one seed or for many in parallel."""
+"""`train`: world, mentor and learner in one process, with the bits of the three nodes."""
 
 from collections.abc import Callable, Sequence
 import time

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Update of the Beta belief, of the values of listening and discarding, and of their pool."""
+"""Update of the trust in the mentor: Beta belief, or values of following it or not (3.12)."""
 
 from comply_ros.learner.learner_config import BETA, KernelConfig
 from comply_ros.learner.learner_state import Array, DISCARD, IN_POOL, LearnerState, LISTEN

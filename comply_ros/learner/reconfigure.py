@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Settings that change while a learner runs: the new settings, and what was learned under them."""
+"""Other settings while a learner runs: what it has learned is converted, not lost."""
 
 from dataclasses import replace
 from typing import Any

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Temporal-difference updates of one transition, and what changes after an iteration."""
+"""SARSA and Q-learning updates of one transition, and the decay of temperature and trust."""
 
 import math
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """
-The clocks of a node.
+The clocks of a node: ROS time for pacing where it is used, a steady clock for the rest.
 
 What paces a lesson (`rate`, `patience`, `advice_timeout`) follows ROS time where `use_sim_time`
 is set, and a steady clock otherwise. Everything else follows a steady clock. The system clock,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""When maps over all states are due: by what the last ones cost the loop."""
+"""Limits how often a node publishes arrays over all states, by the time that they take."""
 
 from collections.abc import Callable
 import time

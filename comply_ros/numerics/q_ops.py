@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Operations on the action values of one state."""
+"""Maximum and number of untried actions over the action values of one state."""
 
 from typing import Any
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where a node is: which world and run it follows, which step id comes next, who else is there."""
+"""Which world and run a node follows, which step id comes next, and who else is there."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files of users, within bounds: text that ends, YAML that stays small in memory."""
+"""Reads text and YAML files of users within limits of size, nesting and number of values."""
 
 from pathlib import Path
 import re

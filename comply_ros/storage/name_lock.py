@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A name in a folder that only one process holds at a time."""
+"""A lock file in a folder: one process at a time uses the state of a node of that name."""
 
 import fcntl
 import os

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A grid world as its author writes it, and every way in which it can be wrong."""
+"""`Grid`: the cells, rewards and starts of a grid world, and the checks of its rules."""
 
 from dataclasses import dataclass, fields, InitVar
 from functools import cached_property

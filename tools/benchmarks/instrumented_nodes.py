@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Our nodes with a clock, and with one thing changed that a user could choose otherwise."""
+"""Nodes with timers in them, and with another executor or other QoS for comparison."""
 
 from collections.abc import Callable, Sequence
 from importlib import import_module

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What grows with the size of the map, and what must not."""
+"""Time of planning and of a step over topics for maps of growing size."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace

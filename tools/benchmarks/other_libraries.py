@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The same SARSA on the same maze, as a user of other libraries would write it."""
+"""The SARSA of this package written with Gymnasium and numpy, and with MushroomRL."""
 
 from importlib import import_module
 import time

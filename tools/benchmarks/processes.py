@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Loops over topics: their processes are started, measured for a while, and ended."""
+"""Starts the processes of a benchmark, measures them for a while, and ends them."""
 
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager

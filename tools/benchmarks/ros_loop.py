@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The loop over topics, beside an empty ring of three processes and beside other choices."""
+"""Steps per second of the nodes, and of the nodes with other executors, QoS and settings."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
