@@ -105,7 +105,7 @@ def test_ten_thousand_messages_of_garbage_leave_the_digest_and_every_node(
         flood.spin_until(finished, 'end of the learning')
         flood.told.clear()
         flood.spin_until(lambda: flood.told.keys() >= started.keys(), 'last diagnoses')
-        assert expected.memory.digest() in started['learner'].log.read_text()
+        assert expected.state.digest() in started['learner'].log.read_text()
         assert_told_once(started, flood)
 
 
@@ -129,7 +129,7 @@ def test_a_lesson_in_a_flood_of_garbage_ends_with_its_digest_and_its_curve(
         lesson.wait()
     assert lesson.returncode == 0 and 'Traceback' not in msg, msg
     summary = json.loads((tmp_path / 'summary.json').read_text())
-    assert summary['digest'] == expected.memory.digest()
+    assert summary['digest'] == expected.state.digest()
     assert summary['return_per_iteration'] == pytest.approx(expected.returns)
     assert len(log.read_text()) < 20_000
 

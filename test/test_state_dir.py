@@ -38,7 +38,7 @@ def expected():
     training = Training(world, AdviceBudget(world, policy, 40, 'mistakes'), row, 3)
     for _ in range(8):
         training.iterate()
-    return training.memory.digest()
+    return training.state.digest()
 
 
 @contextmanager

@@ -239,7 +239,7 @@ def test_a_scheduler_that_does_not_answer_is_one_sentence(capsys, monkeypatch, l
     with socket.socket() as silent:
         silent.bind(('127.0.0.1', 0))
         if listens:
-            silent.subscribe()
+            silent.listen()
         address = f'tcp://127.0.0.1:{silent.getsockname()[1]}'
         start = time.monotonic()
         assert run(written(), '--scheduler', address) == 1
