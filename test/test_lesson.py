@@ -102,8 +102,10 @@ def lesson(tmp_path):
         [sys.executable, '-c', START.format('lesson'), '--map', 'bar_grid', '--mentor', 'optimal',
          '--iterations', '100000', '--out', str(tmp_path)],
         stderr=subprocess.PIPE, text=True, start_new_session=True)
-    log = tmp_path / 'learner.log'
-    wait_until(lambda: log.exists() and 'starts to learn' in log.read_text(), 'learning')
+    for name, text in (('learner', 'starts to learn'), ('grid_world', 'ready'),
+                       ('mentor', 'ready')):
+        log = tmp_path / f'{name}.log'
+        wait_until(lambda log=log, text=text: log.exists() and text in log.read_text(), text)
     yield process, tmp_path
     process.terminate()
     process.communicate(timeout=30)

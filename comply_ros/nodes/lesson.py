@@ -94,8 +94,8 @@ def run_lesson(options: TrainingOptions, disturbance: Disturbance = lambda _: nu
                signal_handler_options=SignalHandlerOptions.NO)
     try:
         with interrupts() as stop, lock_topics(options.args.namespace):
-            discovered = time.monotonic() + DISCOVERY
             monitor = RunMonitor(options.args.namespace, options.grid)
+            discovered = time.monotonic() + DISCOVERY  # from when there is a node to discover
             with running(options, held=True) as monitor.processes:
                 return _start_and_watch(options, monitor, discovered, stop, disturbance)
     finally:
