@@ -17,7 +17,7 @@ from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
-from comply_ros.nodes.node_processes import NodeProcess
+from comply_ros.nodes.node_processes import ended_with_block, NodeProcess
 from comply_ros.nodes.parameters import ADVISING, BAG, BUDGET, Parameter, PORT
 from tools.interfaces_markdown import Endpoint, NodeInterfaces, NodeKind, page_of
 from tools.ros_graph import (
@@ -80,8 +80,7 @@ def running(kinds: Sequence[NodeKind]) -> Generator[list[tuple[NodeKind, str]]]:
     with tempfile.TemporaryDirectory() as folder:
         namespaces = [(kind, f'/interfaces_{os.getpid()}_{number}')
                       for number, kind in enumerate(kinds)]
-        started: list[NodeProcess] = []
-        try:
+        with ended_with_block() as started:
             for kind, namespace in namespaces:
                 place = Path(folder) / namespace.strip('/')
                 place.mkdir()
@@ -91,11 +90,6 @@ def running(kinds: Sequence[NodeKind]) -> Generator[list[tuple[NodeKind, str]]]:
                 started.append(NodeProcess(kind.executable, arguments, place))
             _wait_until_ready(started)
             yield namespaces
-        finally:
-            for process in started:
-                process.interrupt()
-            for process in started:
-                process.wait()
 
 
 def _wait_until_ready(processes: Sequence[NodeProcess]) -> None:

@@ -11,7 +11,7 @@ from comply_ros.dashboard import server
 from comply_ros.learner.learner_config import ConfigError
 from comply_ros.learner.presets import find_method, METHODS
 from comply_ros.nodes.lesson import lock_topics
-from comply_ros.nodes.node_processes import NodeProcess
+from comply_ros.nodes.node_processes import run_nodes
 from comply_ros.nodes.run_monitor import LessonFailed
 from comply_ros.storage.kernel_cache import use_kernel_cache
 from comply_ros.storage.map_files import map_names, read_map
@@ -56,20 +56,12 @@ def run(options: argparse.Namespace) -> int:
 @contextmanager
 def world_and_learner(options: argparse.Namespace, folder: Path) -> Generator[None]:
     """Run a world, and a learner that asks its mentor in every step, while the block runs."""
-    started = []
-    try:
-        for name, values in (
-                ('grid_world', (f'map:={options.map}', 'rate:=100.0')),
-                ('learner', (f'method:={options.method}', 'iterations:=0',
-                             'remembers_advice:=false', 'map_period:=0.5'))):
-            arguments = [argument for value in values for argument in ('-p', value)]
-            started.append(NodeProcess(name, arguments, folder))
+    parameters = {'grid_world': (f'map:={options.map}', 'rate:=100.0'),
+                  'learner': (f'method:={options.method}', 'iterations:=0',
+                              'remembers_advice:=false', 'map_period:=0.5')}
+    with run_nodes({name: [argument for value in values for argument in ('-p', value)]
+                    for name, values in parameters.items()}, folder):
         yield
-    finally:
-        for process in started:
-            process.interrupt()
-        for process in started:
-            process.wait()
 
 
 if __name__ == '__main__':

@@ -116,16 +116,23 @@ class NodeProcess:
 
 
 @contextmanager
-def run_nodes(arguments: Mapping[str, Sequence[str]], folder: Path | str, held: bool = False,
-              ) -> Generator[list[NodeProcess], None, None]:
-    """Run nodes, with ROS arguments by name, that end with the block, whatever happens in it."""
-    processes = []
+def ended_with_block() -> Generator[list[NodeProcess], None, None]:
+    """Give an empty list; the nodes that are put into it end with the block, whatever happens."""
+    processes: list[NodeProcess] = []
     try:
-        for name, values in arguments.items():
-            processes.append(NodeProcess(name, values, folder, held))
         yield processes
     finally:
         for process in processes:
             process.interrupt()
         for process in processes:
             process.wait()
+
+
+@contextmanager
+def run_nodes(arguments: Mapping[str, Sequence[str]], folder: Path | str, held: bool = False,
+              ) -> Generator[list[NodeProcess], None, None]:
+    """Run nodes, with ROS arguments by name, that end with the block, whatever happens in it."""
+    with ended_with_block() as processes:
+        for name, values in arguments.items():
+            processes.append(NodeProcess(name, values, folder, held))
+        yield processes

@@ -10,6 +10,7 @@ import tempfile
 
 from rich.console import Console
 
+from comply_ros.nodes.node_processes import NodeDied
 from comply_ros.storage.kernel_cache import use_kernel_cache
 from comply_ros.terminal.console import console, progress_bar
 from comply_ros.terminal.training_options import guarded
@@ -43,7 +44,7 @@ def main(argv: Sequence[str]) -> int:
     """Run the command; return the exit code."""
     given = parser().parse_args(argv[1:])
     use_kernel_cache()
-    return guarded('benchmark', (BenchmarkError,), lambda: run(given))
+    return guarded('benchmark', (BenchmarkError, NodeDied), lambda: run(given))
 
 
 def run(given: argparse.Namespace) -> int:

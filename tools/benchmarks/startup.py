@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Seconds until a node is ready, until the demo learns, and of a set-up; memory of the nodes."""
 
-from contextlib import ExitStack
 import os
 import subprocess
 import time
@@ -11,7 +10,7 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 
-from comply_ros.nodes.node_processes import NodeProcess
+from comply_ros.nodes.node_processes import ended_with_block, NodeProcess
 from comply_ros.nodes.topics import ACTION
 from tools.benchmarks.interleave import Bench, Row
 from tools.benchmarks.processes import end, NODES, ROOT, wait_until, write_parameters
@@ -43,20 +42,20 @@ def start_nodes(bench: Bench) -> dict[str, dict[str, float]]:
     parameters = write_parameters(folder)
     arguments = ['--params-file', str(parameters), '-r', f'__ns:=/benchmark_{os.getpid()}']
     found: dict[str, dict[str, float]] = {}
-    with ExitStack() as ends:
-        started = {}
+    with ended_with_block() as started:
         for name in NODES:
             start = time.perf_counter()
-            node = started[name] = NodeProcess(name, arguments, folder)
-            ends.callback(node.wait)
-            ends.callback(node.interrupt)
+            node = NodeProcess(name, arguments, folder)
+            started.append(node)
             wait_until(lambda: b'ready' in node.log.read_bytes(), f'a {name} that is ready',
                        node.check)
             found[name] = {'ready': time.perf_counter() - start}
-        wait_until(lambda: b'begins to learn' in started['learner'].log.read_bytes(), 'a world')
+        learner = started[-1]
+        wait_until(lambda: b'starts to learn' in learner.log.read_bytes(),
+                   'a learner that starts to learn', learner.check)
         time.sleep(0.2 if bench.quick else 2.0)  # the loop runs meanwhile, and takes memory
-        for name, node in started.items():
-            found[name]['memory'] = process_memory(node.pid)
+        for node in started:
+            found[node.name]['memory'] = process_memory(node.pid)
     return found
 
 
