@@ -145,7 +145,7 @@ def test_while_steering_the_robot_waits_until_patience_ends(mentor, client, tmp_
         call(mentor, lambda: setattr(mentor, 'steering', True))
         with nodes(tmp_path, learner=LEARNER):
             for _ in range(3):
-                waiting = wait_until(lambda: mentor.actor.waiting, 'observation')
+                waiting = wait_until(lambda: mentor.machine.waiting, 'observation')
                 assert 0.0 < wait_until(lambda: mentor.seconds_left, 'clock') <= 300.0
                 action = int(BAR.available[waiting.state].argmax())
                 assert call(mentor, lambda action=action: mentor.steer(action))
@@ -154,7 +154,7 @@ def test_while_steering_the_robot_waits_until_patience_ends(mentor, client, tmp_
                 msg = client.received['action'][-1]
                 assert (msg.action, msg.followed) == (action, True)
                 assert mentor.policy[waiting.state] == action
-            wait_until(lambda: mentor.actor.waiting, 'observation')
+            wait_until(lambda: mentor.machine.waiting, 'observation')
             assert client.set('mentor', patience=0.05) == ''
             count = len(client.received['action'])
             client.until(lambda: len(client.received['action']) > count + 3,
@@ -178,10 +178,10 @@ def test_patience_follows_ros_time_where_use_sim_time_is_set(mentor, client, tmp
     set_ros_time(100.0)
     call(mentor, lambda: setattr(mentor, 'steering', True))
     with nodes(tmp_path, grid_world=WORLD, learner=LEARNER):
-        waiting = wait_until(lambda: mentor.actor.waiting, 'observation')
+        waiting = wait_until(lambda: mentor.machine.waiting, 'observation')
         wait_until(lambda: mentor.seconds_left == 1.0, 'full patience')
         time.sleep(1.5)
-        assert mentor.actor.waiting is waiting and mentor.seconds_left == 1.0
+        assert mentor.machine.waiting is waiting and mentor.seconds_left == 1.0
         set_ros_time(101.5)
         client.until(lambda: client.received['action'], 'action without advice')
         assert not client.received['action'][0].followed
