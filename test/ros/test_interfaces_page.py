@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: Apache-2.0
+"""docs/interfaces.md agrees with the running nodes."""
+
+from pathlib import Path
+
+import pytest
+import rclpy
+
+from comply_ros.nodes import topics
+from tools.graph_snapshot import NODE_KINDS, page
+from tools.interfaces_markdown import Endpoint, NodeKind, purpose
+from tools.message_definitions import definitions, Field, parse_definition
+
+PAGE = Path(__file__).parents[2] / 'docs' / 'interfaces.md'
+
+
+@pytest.fixture
+def generated(domain):
+    """Return the page that is generated from the nodes now."""
+    rclpy.init()
+    try:
+        yield page()
+    finally:
+        rclpy.try_shutdown()
+
+
+def test_the_page_agrees_with_the_running_nodes(generated):
+    if generated != PAGE.read_text():
+        new, old = ([*dict.fromkeys(text.splitlines())] for text in (generated, PAGE.read_text()))
+        differences = [f'+ {line}' for line in new if line not in old] + [
+            f'- {line}' for line in old if line not in new]
+        pytest.fail('docs/interfaces.md is stale: run scripts/interfaces\n'
+                    + '\n'.join(differences))
+
+
+def test_every_topic_is_on_the_page():
+    text = PAGE.read_text()
+    for each in vars(topics).values():
+        if isinstance(each, topics.Topic):
+            assert f'\n| `{each.name}` |' in text
+
+
+def test_every_node_is_on_the_page_with_all_its_columns():
+    text = PAGE.read_text()
+    assert all(f'\n### {kind.name}\n' in text for kind in NODE_KINDS)
+    rows = [line for line in text.splitlines() if line.startswith('| `')]
+    assert len(rows) > 100
+    assert not [row for row in rows if row.rstrip(' |').count('|') < 2]
+
+
+def test_every_service_on_the_page_has_a_purpose():
+    table = PAGE.read_text().split('## Services\n')[1].split('## Nodes\n')[0]
+    rows = [line for line in table.splitlines() if line.startswith('| `')]
+    assert len(rows) >= 2
+    assert not [row for row in rows if row.endswith('|  |')]
+    assert purpose('learner', Endpoint('~/nothing', 'std_srvs/srv/Trigger')) == ''
+
+
+def test_a_node_that_does_not_start_is_named(domain, monkeypatch):
+    from comply_ros.nodes.node_processes import NodeDied
+    from comply_ros.nodes.parameters import MENTOR
+    from tools import graph_snapshot
+    broken = NodeKind('mentor', 'mentor', 'mentor', {MENTOR: 'nobody'})
+    monkeypatch.setattr(graph_snapshot, 'NODE_KINDS', (broken,))
+    rclpy.init()
+    try:
+        with pytest.raises(NodeDied, match='mentor ended with exit code 2'):
+            page()
+    finally:
+        rclpy.try_shutdown()
+
+
+def test_a_definition_is_read_with_its_comments():
+    definition = parse_definition('# What it\n# is.\n\nint8 UP=3\n# Before\nfloat64 x  # behind\n'
+                                  '# two\n# lines\nstring[] names\n\n# lost\n\nbool last')
+    assert definition.text == 'What it is.'
+    assert definition.fields == (
+        Field('int8', 'UP', '3', ''), Field('float64', 'x', None, 'behind'),
+        Field('string[]', 'names', None, 'two lines'), Field('bool', 'last', None, ''))
+
+
+def test_a_comment_right_before_the_first_field_belongs_to_it():
+    assert parse_definition('# of x\nint8 x') == ('', (Field('int8', 'x', None, 'of x'),))
+
+
+def test_a_service_has_two_halves_and_one_of_them_may_be_empty():
+    request, response = definitions('std_srvs/srv/Trigger')
+    assert request.fields == ()
+    assert [each.name for each in response.fields] == ['success', 'message']

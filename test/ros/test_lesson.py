@@ -1,0 +1,191 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A lesson is real processes, and gives the bits of `train`."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+
+from golden_digests import CHANGED, golden_digests
+from node_processes import log_has, nodes, run
+import pytest
+from short_training import children
+from waiting import wait_until
+
+from comply_ros.experiments import train
+from comply_ros.learner.presets import METHODS
+from comply_ros.nodes.node_processes import START
+
+pytestmark = pytest.mark.usefixtures('domain')
+
+# Iterations that make at least 20,000 steps on `maze` with half a mentor: one row of each kind.
+LONG = {'watkins': 8, 'vanishing': 6, 'beta_implicit': 12, 'head_start': 30}
+GOLDEN = golden_digests('lesson')
+AS_THE_TEXT_SAYS = ('sarsa_lambda', 'vanishing', 'beta_implicit', 'explicit')
+SMALL = ('--map', 'bar_grid', '--mentor', 'noisy:0.3', '--iterations', '3', '--episodes', '5')
+
+
+def trained(folder, *argv):
+    """Return the summary of `train`."""
+    assert train.main(['train', *argv, '--out', str(folder)]) == 0
+    return json.loads((folder / 'summary.json').read_text())
+
+
+def taught(folder, *argv, timeout=100):
+    """Return the summary of `lesson`."""
+    done = run('lesson', *argv, '--out', str(folder), timeout=timeout)
+    assert done.returncode == 0, done.stderr
+    assert 'Traceback' not in done.stderr
+    return json.loads((folder / 'summary.json').read_text())
+
+
+def assert_equal_but_for_time(one, other):
+    """Check that two summaries differ in nothing but the clock."""
+    for key in one:
+        if key not in ('wall_seconds', 'steps_per_second'):
+            assert one[key] == other[key], key
+
+
+@pytest.mark.parametrize('method', LONG)
+def test_lesson_gives_the_digest_of_train(tmp_path, method):
+    argv = ('--method', method, '--iterations', str(LONG[method]), '--mentor', 'snapshot:0.5',
+            '--seed', '3')
+    expected = trained(tmp_path / 'train', *argv)
+    assert expected['steps'] >= 20_000
+    assert_equal_but_for_time(expected, taught(tmp_path / 'lesson', *argv))
+
+
+@pytest.mark.parametrize('method', [name for name in METHODS['published'] if name not in LONG])
+def test_a_short_lesson_of_every_other_method_gives_it_too(tmp_path, method):
+    assert_equal_but_for_time(
+        trained(tmp_path / 'train', *SMALL, '--method', method),
+        taught(tmp_path / 'lesson', *SMALL, '--method', method))
+
+
+@pytest.mark.parametrize('method', AS_THE_TEXT_SAYS)
+def test_lesson_gives_the_digest_of_train_as_the_text_says(tmp_path, method):
+    argv = (*SMALL, '--method', method, '--profile', 'report', '--set', 'temperature=0.7')
+    assert_equal_but_for_time(trained(tmp_path / 'train', *argv),
+                              taught(tmp_path / 'lesson', *argv))
+
+
+@pytest.mark.parametrize('argv', [
+    ('--mentor', 'noisy:0.3@0.4', '--map', 'maze_as_run'),
+    ('--budget', '20', '--advising', 'important'), ('--budget', '20', '--advising', 'mistakes')])
+def test_a_mentor_with_little_advice_gives_the_same_over_topics(tmp_path, argv):
+    argv = (*SMALL, *argv)
+    assert_equal_but_for_time(trained(tmp_path / 'train', *argv),
+                              taught(tmp_path / 'lesson', *argv))
+
+
+def test_a_lesson_leaves_results_logs_and_its_parameters(tmp_path):
+    taught(tmp_path, *SMALL)
+    assert sorted(os.listdir(tmp_path)) == [
+        'grid_world.log', 'learner.log', 'learning.npz', 'learning_curve.png', 'mentor.log',
+        'mentor.txt', 'parameters.yaml', 'summary.json', 'trust_map.png']
+    for name in ('grid_world', 'mentor', 'learner'):
+        assert 'Traceback' not in (tmp_path / f'{name}.log').read_text()
+
+
+def test_a_map_and_a_policy_from_files_are_used(tmp_path, monkeypatch):
+    (tmp_path / 'mine.yaml').write_text(
+        'intended: 0.9\nstep_limit: 40\nrewards: {step: -1, goal: 9}\nstarts: anywhere\n'
+        "rows: ['..G', '...']\n")
+    (tmp_path / 'mine.txt').write_text('>>G\n>>^\n')
+    monkeypatch.chdir(tmp_path)
+    argv = ('--map', 'mine.yaml', '--mentor', 'file:mine.txt', '--iterations', '3')
+    assert_equal_but_for_time(trained(tmp_path / 'a', *argv), taught(tmp_path / 'b', *argv))
+
+
+@pytest.fixture
+def lesson(tmp_path):
+    """Return a lesson that takes long, and the folder where it writes, with its nodes alive."""
+    process = subprocess.Popen(
+        [sys.executable, '-c', START.format('lesson'), '--map', 'bar_grid', '--mentor', 'optimal',
+         '--iterations', '100000', '--out', str(tmp_path)],
+        stderr=subprocess.PIPE, text=True, start_new_session=True)
+    for name, text in (('learner', 'starts to learn'), ('grid_world', 'ready'),
+                       ('mentor', 'ready')):
+        log = tmp_path / f'{name}.log'
+        wait_until(lambda log=log, text=text: log.exists() and text in log.read_text(), text)
+    yield process, tmp_path
+    process.terminate()
+    process.communicate(timeout=30)
+
+
+@pytest.mark.parametrize('name', ['grid_world', 'mentor', 'learner'])
+def test_a_node_that_dies_ends_the_lesson_with_its_name(lesson, name):
+    process, folder = lesson
+    ids = children(process)
+    os.kill(ids[name], signal.SIGKILL)
+    errors = process.communicate(timeout=30)[1]
+    assert process.returncode == 1
+    assert f'lesson: {name} ended with signal SIGKILL; its last lines:\n' in errors
+    assert 'ready' in errors and 'Traceback' not in errors
+    assert not any(os.path.exists(f'/proc/{pid}') for pid in ids.values())
+    assert not (folder / 'summary.json').exists()
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_ctrl_c_ends_a_lesson_and_its_nodes(lesson, number):
+    process, folder = lesson
+    ids = children(process)
+    process.send_signal(number)
+    errors = process.communicate(timeout=30)[1]
+    assert process.returncode == 130
+    assert errors.endswith('lesson: interrupted\n') and 'Traceback' not in errors
+    assert len(ids) == 3
+    assert not any(os.path.exists(f'/proc/{pid}') for pid in ids.values())
+
+
+def test_a_lesson_that_is_killed_takes_its_nodes_along(lesson):
+    process, _ = lesson
+    ids = children(process)
+    process.kill()
+    assert len(ids) == 3
+    wait_until(lambda: not any(os.path.exists(f'/proc/{pid}') for pid in ids.values()), 'end')
+
+
+def test_a_second_lesson_on_the_same_topics_is_rejected(lesson, tmp_path):
+    process, _ = lesson
+    done = run('lesson', *SMALL, '--out', str(tmp_path / 'second'))
+    assert done.returncode == 1
+    assert done.stderr.endswith('lesson: other nodes publish on the topics of this lesson: end '
+                                'them, or give this one a --namespace of its own\n')
+    assert not (tmp_path / 'second' / 'learner.log').exists()
+    assert process.poll() is None  # the first one goes on
+
+
+def test_a_namespace_allows_a_second_lesson(lesson, tmp_path):
+    assert_equal_but_for_time(trained(tmp_path / 'a', *SMALL),
+                              taught(tmp_path / 'b', *SMALL, '--namespace', 'second'))
+
+
+@pytest.mark.parametrize('argv, message', [
+    (('--map', 'nowhere'), "lesson: map 'nowhere': a map must be one of"),
+    (('--rate', '-1'), 'lesson: rate must be 0 or lie in [0.001, 1000], got -1'),
+    (('--namespace', '2 b'), "lesson: a namespace is made of letters, digits, _ and /, got '2 b'"),
+])
+def test_a_mistake_is_told_before_anything_is_started(tmp_path, argv, message):
+    done = run('lesson', *SMALL, *argv, '--out', str(tmp_path))
+    assert done.returncode == 2
+    assert done.stderr.startswith(message)
+    assert done.stderr.count('\n') == 1
+    assert not (tmp_path / 'learner.log').exists()
+
+
+def test_a_lesson_makes_no_node_where_others_publish(tmp_path):
+    with nodes(tmp_path / 'others', grid_world=('-p', 'map:=bar_grid')) as others:
+        wait_until(log_has(others['grid_world'], 'ready'), 'another world')
+        done = run('lesson', *SMALL, '--out', str(tmp_path / 'lesson'))
+    assert done.returncode == 1
+    assert done.stderr.endswith('lesson: other nodes publish on the topics of this lesson: end '
+                                'them, or give this one a --namespace of its own\n')
+    for name in ('grid_world', 'mentor', 'learner'):
+        assert (tmp_path / 'lesson' / f'{name}.log').read_text() == ''
+
+
+def test_a_lesson_has_its_golden_digest(tmp_path):
+    summary = taught(tmp_path, *GOLDEN['arguments'])
+    assert summary['digest'] == GOLDEN['digest'], CHANGED.format('a lesson', summary['digest'])

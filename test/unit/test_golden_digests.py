@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Digests of what every learner and mentor computes: they guard ALGORITHM_VERSION."""
+
+import hashlib
+
+from golden_digests import CHANGED, golden_digests
+import pytest
+
+from comply_ros.learner.presets import METHODS
+from comply_ros.learner.snapshot_mentor import make_policy
+from comply_ros.learner.training import Training
+from comply_ros.mentor.advice_budget import AdviceBudget, ADVISING_MODES
+from comply_ros.mentor.mentor_policies import parse_mentor_spec, sparse_policy
+from comply_ros.storage.map_files import read_map
+from comply_ros.world.mdp import World
+
+GOLDEN = {part: golden_digests(part) for part in ('trainings', 'budgets', 'mentors')}
+ROWS = [(profile, method) for profile in METHODS for method in METHODS[profile]]
+MAP, MENTOR, SEED, ITERATIONS = 'bar_grid', 'noisy:0.3', 3, 6
+BUDGET = 20
+
+
+def training_digest(profile, method, budget=0, advising='early'):
+    """Return the digest of a short training of one preset in one profile."""
+    world = World(read_map(MAP, profile))
+    advice = make_policy(parse_mentor_spec(MENTOR), world, SEED)
+    mentor = AdviceBudget(world, advice, budget, advising)
+    training = Training(world, mentor, METHODS[profile][method], SEED)
+    for _ in range(ITERATIONS):
+        training.iterate()
+    return training.state.digest()
+
+
+@pytest.mark.parametrize(('profile', 'method'), ROWS)
+def test_a_short_training_has_its_golden_digest(profile, method):
+    digest = training_digest(profile, method)
+    assert digest == GOLDEN['trainings'][profile][method], CHANGED.format(method, digest)
+
+
+@pytest.mark.parametrize('advising', ADVISING_MODES)
+def test_a_short_training_with_a_budget_has_its_golden_digest(advising):
+    digest = training_digest('published', 'explicit', BUDGET, advising)
+    assert digest == GOLDEN['budgets'][advising], CHANGED.format(advising, digest)
+
+
+@pytest.mark.parametrize('text', GOLDEN['mentors'])
+def test_a_mentor_has_its_golden_digest(text):
+    spec, world = parse_mentor_spec(text), World(read_map(MAP, 'published'))
+    policy = sparse_policy(make_policy(spec, world, SEED), world, spec.coverage, SEED)
+    digest = hashlib.sha256(policy.tobytes()).hexdigest()
+    assert digest == GOLDEN['mentors'][text], CHANGED.format(text, digest)
+
+
+def test_every_golden_digest_belongs_to_a_preset():
+    assert {(profile, method) for profile in GOLDEN['trainings']
+            for method in GOLDEN['trainings'][profile]} == set(ROWS)

@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The package: executables, launch file, parameter file, versions, licences."""
+
+import ast
+from pathlib import Path
+import re
+import xml.etree.ElementTree as ElementTree
+
+import pytest
+import yaml
+
+import comply_ros
+from comply_ros import executables
+from comply_ros.executables import EXECUTABLES
+from comply_ros.learner.learner_config import CONFIG_FIELDS
+from comply_ros.learner.presets import METHODS
+
+TOP = Path(__file__).parents[2]
+KNOWN = {'grid_world': {'map', 'profile', 'seed', 'rate', 'state_dir'},
+         'mentor': {'mentor', 'seed', 'budget', 'advising', 'state_dir'},
+         'learner': {'method', 'profile', 'seed', 'map_period', 'remembers_advice',
+                     'advice_timeout', 'state_dir', *CONFIG_FIELDS}}
+
+
+@pytest.mark.parametrize('name', EXECUTABLES)
+def test_an_executable_has_an_entry_point_and_a_module(name):
+    assert callable(getattr(executables, name))
+    module, _ = EXECUTABLES[name]
+    assert (TOP / 'comply_ros' / f'{module.replace(".", "/")}.py').is_file()
+
+
+def test_the_parameter_file_names_parameters_that_exist():
+    text = (TOP / 'config' / 'teach.yaml').read_text()
+    offered = re.sub(r'(?m)^    # (\w+: \S+)', r'    \1', text)
+    for content in (yaml.safe_load(text), yaml.safe_load(offered)):
+        assert set(content) == {f'/**/{name}' for name in KNOWN}
+        for name, table in content.items():
+            assert set(table['ros__parameters']) <= KNOWN[name.removeprefix('/**/')]
+
+
+def test_the_launch_file_has_the_documented_arguments_and_all_methods():
+    tables = {node.targets[0].id: node.value for node in ast.parse(
+        (TOP / 'launch' / 'teach.launch.py').read_text()).body if isinstance(node, ast.Assign)}
+    names = [row.elts[0].value for row in tables['ARGUMENTS'].elts]
+    assert names == ['map', 'method', 'mentor', 'seed', 'iterations', 'profile', 'namespace',
+                     'params_file', 'state_dir', 'respawn', 'viewer', 'rviz', 'log_level']
+    choices = ast.literal_eval(tables['CHOICES'])
+    assert choices['method'] == ['', *METHODS['published']]
+    assert choices['profile'] == ['', *METHODS]
+    for node, arguments in ast.literal_eval(tables['NODES']).items():
+        assert set(arguments) <= KNOWN[node]
+
+
+def test_versions_agree():
+    versions = {ElementTree.parse(TOP / path).findtext('version')
+                for path in ('package.xml', 'msg_defs/package.xml')}
+    versions.add(comply_ros.__version__)
+    versions |= set(re.findall(r"version='([\d.]+)'", (TOP / 'setup.py').read_text()))
+    versions |= {re.search(r'(?m)^## (\d[\d.]+)$', (TOP / 'CHANGELOG.md').read_text())[1]}
+    assert len(versions) == 1
+
+
+def test_package_xml_is_format_3_and_names_what_is_imported():
+    package = ElementTree.parse(TOP / 'package.xml').getroot()
+    assert package.get('format') == '3'
+    named = {each.text.removeprefix('python3-') for each in package.findall('exec_depend')}
+    assert {'comply_msgs', 'rclpy', 'rcl_interfaces', 'numpy', 'numba', 'matplotlib', 'rich',
+            'yaml', 'launch', 'launch_ros'} <= named
+
+
+@pytest.mark.parametrize('path', sorted(
+    path for folder in ('comply_ros', 'tools', 'examples', 'launch', 'test')
+    for path in (TOP / folder).rglob('*.py')), ids=lambda path: str(path.relative_to(TOP)))
+def test_every_source_file_names_its_licence(path):
+    assert path.read_text().startswith('# SPDX-License-Identifier: Apache-2.0\n')
