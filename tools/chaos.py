@@ -39,6 +39,7 @@ LESSONS = (
 )
 COMMON = ('--map', 'bar_grid', '--iterations', '3', '--respawn')
 LONGEST_PAUSE = 2.4  # seconds between two kills: a node needs about half a second to start
+KILLS_PER_LESSON = 8  # then it is left to its end, which it may not reach on a busy machine
 
 
 class NodeKiller:
@@ -79,7 +80,9 @@ class NodeKiller:
 
     def _kill(self, processes: Sequence[NodeProcess], over: Event) -> None:
         start = time.monotonic()
-        while not self.is_done() and not over.wait(self._random.uniform(0.0, LONGEST_PAUSE)):
+        last = self.kills.total() + KILLS_PER_LESSON
+        while not self.is_done() and self.kills.total() < last and not over.wait(
+                self._random.uniform(0.0, LONGEST_PAUSE)):
             process = self._random.choice(processes)
             if process.kill():
                 self.kills[process.name] += 1

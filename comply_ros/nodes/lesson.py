@@ -85,7 +85,8 @@ def run_lesson(options: TrainingOptions, disturbance: Disturbance = lambda _: nu
     Return reference returns of the world, the mentor's advice, and the outcome of a lesson.
 
     The processes start at once, but make their nodes only when no other nodes are found on the
-    topics of the lesson: loading, planning and discovery take their time together.
+    topics of the lesson: loading, planning and discovery take their time together. Other nodes
+    that are found later end the lesson; with `--respawn` they cannot be told from killed ones.
 
     Raises NodeDied or LessonFailed if there is no outcome, PlanningError for a world without a
     shortest way to its goal.
@@ -187,6 +188,8 @@ def watch(options: TrainingOptions, monitor: RunMonitor, executor: SingleThreade
     def spin_until(is_reached: Callable[[], bool]) -> None:
         while not is_reached():
             check(stop)
+            if not options.args.respawn and monitor.most_publishers() > 1:  # found late
+                raise LessonFailed(TAKEN)
             for process in monitor.processes:
                 if not options.args.respawn:
                     process.check()

@@ -11,6 +11,7 @@ import sys
 
 import numpy as np
 import pytest
+from waiting import DEADLINE
 
 from comply_ros.learner.presets import METHODS
 from comply_ros.learner.training import Training
@@ -65,7 +66,7 @@ def test_ctrl_c_ends_the_benchmark_and_the_nodes_that_it_started(tmp_path, domai
     wait_until(lambda: len(children.read_text().split()) == 3, 'process of the ring')
     started = children.read_text().split()
     process.send_signal(signal.SIGINT)
-    assert process.communicate(timeout=40)[1].endswith('benchmark: interrupted\n')
+    assert process.communicate(timeout=DEADLINE)[1].endswith('benchmark: interrupted\n')
     assert process.returncode == 130
     wait_until(lambda: not any(Path(f'/proc/{pid}').exists() for pid in started), 'end of all')
 
@@ -217,7 +218,7 @@ def test_the_description_of_the_machine_does_not_identify_its_owner():
 def benchmark(*arguments):
     """Run the command; return it with `returncode`, `stdout` and `stderr`."""
     return subprocess.run([sys.executable, '-m', 'tools.benchmarks', *arguments], cwd=ROOT,
-                          capture_output=True, text=True, check=False, timeout=280)
+                          capture_output=True, text=True, check=False, timeout=2 * DEADLINE)
 
 
 @pytest.mark.parametrize('section', SECTIONS)

@@ -11,6 +11,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.time import Time
 from rosgraph_msgs.msg import Clock
+from waiting import DEADLINE
 
 from comply_ros.nodes.clocks import PaceClock, PaceTimer, steady_timer
 
@@ -42,7 +43,7 @@ class NodeInTime(Node):
 
     def spin_until(self, condition):
         """Spin until the condition is true."""
-        end = time.monotonic() + 20.0
+        end = time.monotonic() + DEADLINE
         while not condition():
             assert time.monotonic() < end
             self.executor_.spin_once(timeout_sec=0.01)

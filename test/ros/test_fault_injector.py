@@ -12,7 +12,7 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from waiting import wait_until
+from waiting import DEADLINE, wait_until
 
 from comply_ros.nodes.fault_injector import message_type, TopicError
 
@@ -48,7 +48,7 @@ def spin_until(node):
     executor = SingleThreadedExecutor(context=node.context)
     executor.add_node(node)
 
-    def spin(condition, what, deadline=40.0):
+    def spin(condition, what, deadline=DEADLINE):
         end = time.monotonic() + deadline
         while not condition():
             assert time.monotonic() < end, f'no {what} within {deadline} s'

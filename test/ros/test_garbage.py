@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 import rclpy
 from short_training import children
-from waiting import wait_until
+from waiting import DEADLINE, wait_until
 
 from comply_ros.learner.presets import find_method
 from comply_ros.learner.training import Training
@@ -124,7 +124,7 @@ def test_a_lesson_in_a_flood_of_garbage_ends_with_its_digest_and_its_curve(
         flood.spin_until(lambda: topics.PROGRESS.name in flood.latest, 'progress')
         flood_while(flood, lambda: 'finished' not in log.read_text(), least=1_000)
         flood.set_rate(0.0)
-        msg = lesson.communicate(timeout=60)[1]
+        msg = lesson.communicate(timeout=DEADLINE)[1]
     finally:
         lesson.kill()
         lesson.wait()

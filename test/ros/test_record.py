@@ -11,7 +11,7 @@ import sys
 from node_processes import log_has, nodes, run
 import pytest
 from ros_client import ros_client
-from waiting import wait_until
+from waiting import DEADLINE, wait_until
 
 from comply_ros.experiments import train
 from comply_ros.nodes.node_processes import START
@@ -110,7 +110,7 @@ def test_ctrl_c_without_any_message_ends_an_empty_bag(tmp_path):
          f'bag:={tmp_path / "bag"}'], stderr=subprocess.PIPE, text=True)
     wait_until(lambda: (tmp_path / 'bag').exists() or process.poll(), 'bag')
     process.send_signal(signal.SIGINT)
-    errors = process.communicate(timeout=30)[1]
+    errors = process.communicate(timeout=DEADLINE)[1]
     assert process.returncode == 0 and 'Traceback' not in errors
     done = run('replay', str(tmp_path / 'bag'))
     assert done.returncode == 2

@@ -7,6 +7,7 @@ import shutil
 import subprocess
 
 import pytest
+from waiting import DEADLINE
 
 from comply_ros.executables import EXECUTABLES
 
@@ -18,7 +19,7 @@ def script(command, folder=TOP, **environment):
     inherited = {key: value for key, value in os.environ.items()
                  if key in ('PATH', 'HOME', 'LANG', 'ROS_DISTRO', 'AMENT_PREFIX_PATH')}
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False,
-                          timeout=60, env={**inherited, **environment})
+                          timeout=DEADLINE, env={**inherited, **environment})
 
 
 @pytest.fixture

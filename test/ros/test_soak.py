@@ -10,7 +10,7 @@ import subprocess
 import sys
 
 import pytest
-from waiting import wait_until
+from waiting import DEADLINE, wait_until
 
 from tools import soak
 
@@ -35,7 +35,7 @@ def test_no_node_grows_while_it_learns_with_a_state_dir(tmp_path, monkeypatch):
     monkeypatch.delenv('ROS_PYTHON_CHECK_FIELDS')
     done = subprocess.run(
         [*COMMAND, '--mentor', 'noisy:0.3', '--steps', str(STEPS), '--after', str(AFTER), '--out',
-         str(tmp_path)], capture_output=True, text=True, timeout=170, check=False)
+         str(tmp_path)], capture_output=True, text=True, timeout=DEADLINE, check=False)
     assert done.returncode == 0, done.stderr
     assert done.stderr.endswith('Passed: no node grew by 5 MB.\n')
     rows = dict(re.findall(r'(?m)^(grid_world|mentor|learner) .* ([+-][\d.]+) *$', done.stderr))
@@ -84,7 +84,7 @@ def test_ctrl_c_ends_a_soak_and_its_nodes(tmp_path):
     wait_until(lambda: all(log.exists() and 'ready' in log.read_text() for log in logs), 'nodes')
     ids = Path(f'/proc/{process.pid}/task/{process.pid}/children').read_text().split()
     process.send_signal(signal.SIGINT)
-    output = process.communicate(timeout=30)[1]
+    output = process.communicate(timeout=DEADLINE)[1]
     assert process.returncode == 130
     assert output.endswith('soak: interrupted\n') and 'Traceback' not in output
     assert len(ids) == 3 and not any(os.path.exists(f'/proc/{pid}') for pid in ids)

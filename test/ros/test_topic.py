@@ -6,7 +6,7 @@ import subprocess
 
 from node_processes import log_has, nodes, ROOT, run_tool, tool_command
 import pytest
-from waiting import wait_until
+from waiting import DEADLINE, wait_until
 import yaml
 
 from comply_ros.storage.map_files import read_map
@@ -62,7 +62,7 @@ def test_echo_ends_at_ctrl_c(running):
                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     lines = [process.stdout.readline() for _ in range(20)]
     process.send_signal(2)
-    assert process.communicate(timeout=20)[1] == ''
+    assert process.communicate(timeout=DEADLINE)[1] == ''
     assert process.returncode == 0
     assert any(line.startswith('total_reward: ') for line in lines)
 
@@ -72,7 +72,7 @@ def test_hz_prints_messages_a_second(running):
                                stdout=subprocess.PIPE, text=True)
     line = process.stdout.readline()
     process.send_signal(2)
-    process.communicate(timeout=20)
+    process.communicate(timeout=DEADLINE)
     assert float(line.split()[0]) > 1.0
     assert 'messages a second' in line
 

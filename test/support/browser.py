@@ -7,10 +7,9 @@ import shutil
 
 from node_processes import log_has, nodes
 import pytest
-from waiting import wait_until
+from waiting import DEADLINE, wait_until
 
 CHROMIUMS = ('chromium', 'chromium-browser', 'google-chrome')
-TIMEOUT = 30_000  # milliseconds that a page has to show what is expected
 
 
 @contextmanager
@@ -48,7 +47,7 @@ def url_of(dashboard):
 def open_page(chromium, url, **settings):
     """Return a page of the browser that shows the world."""
     page = chromium.new_page(viewport={'width': 1280, 'height': 900}, **settings)
-    page.set_default_timeout(TIMEOUT)
+    page.set_default_timeout(DEADLINE * 1000)
     page.goto(url)
     page.locator('.world').first.wait_for()
     page.wait_for_function('() => window.did_handshake')

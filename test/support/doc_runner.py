@@ -13,7 +13,7 @@ import termios
 from threading import Thread
 from typing import BinaryIO, NamedTuple
 
-from waiting import wait_until
+from waiting import DEADLINE, wait_until
 
 TERMINAL = re.compile(r'# terminal (\d+)(: Ctrl-C)?$')
 SIZE = 50, 120  # rows and columns of a terminal
@@ -195,8 +195,8 @@ class DocRunner:
             raise AssertionError(mismatch(block, output)) from None
 
     def _output_of(self, command: str, block: Block) -> str:
-        done = subprocess.run(['bash', '-c', command], cwd=self._folder, text=True, timeout=60,
-                              env=self._environment, stdout=subprocess.PIPE,
+        done = subprocess.run(['bash', '-c', command], cwd=self._folder, text=True,
+                              timeout=DEADLINE, env=self._environment, stdout=subprocess.PIPE,
                               stderr=subprocess.STDOUT, check=False, stdin=subprocess.DEVNULL)
         assert done.returncode == 0 or block.expected, f'{where(block)}:\n{done.stdout}'
         return done.stdout

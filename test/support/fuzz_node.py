@@ -20,6 +20,7 @@ import rclpy
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from waiting import DEADLINE
 
 from comply_ros.nodes import topics
 from comply_ros.nodes.diagnostics import process_name, TOPIC
@@ -108,7 +109,7 @@ class Flood:
             if not status.name.startswith('of nobody'):
                 self.told[status.name] = {each.key: each.value for each in status.values}
 
-    def spin_until(self, condition, what, deadline=60.0):
+    def spin_until(self, condition, what, deadline=DEADLINE):
         """Hear what is said until the condition is true; fail after the deadline."""
         end = time.monotonic() + deadline
         while not condition():

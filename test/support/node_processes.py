@@ -8,6 +8,8 @@ from pathlib import Path
 import subprocess
 import sys
 
+from waiting import DEADLINE
+
 from comply_ros.nodes.node_processes import NodeProcess, run_nodes, START
 
 ROOT = Path(__file__).parents[2]
@@ -26,7 +28,7 @@ def nodes(folder: Path, **arguments: Sequence[str]) -> Generator[dict[str, NodeP
         yield {process.name: process for process in processes}
 
 
-def run(name: str, *arguments: str, timeout: float = 60,
+def run(name: str, *arguments: str, timeout: float = DEADLINE,
         **environment: str) -> subprocess.CompletedProcess:
     """Run an executable to its end; return it with `returncode`, `stdout` and `stderr`."""
     return subprocess.run(
@@ -39,7 +41,7 @@ def tool_command(name: str, *arguments: str) -> list[str]:
     return [sys.executable, '-m', f'tools.{name}', *arguments]
 
 
-def run_tool(name: str, *arguments: str, timeout: float = 60) -> subprocess.CompletedProcess:
+def run_tool(name: str, *arguments: str, timeout: float = DEADLINE) -> subprocess.CompletedProcess:
     """Run a tool to its end; return it with `returncode`, `stdout` and `stderr`."""
     return subprocess.run(tool_command(name, *arguments), cwd=ROOT, capture_output=True,
                           text=True, timeout=timeout, check=False)

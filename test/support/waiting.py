@@ -5,7 +5,7 @@ from collections.abc import Callable
 import time
 from typing import TypeVar
 
-DEADLINE = 90.0  # seconds; a busy machine meets it
+DEADLINE = 150.0  # seconds; a machine with much other work meets it
 Value = TypeVar('Value')
 
 

@@ -7,6 +7,7 @@ import subprocess
 import sys
 
 import pytest
+from waiting import DEADLINE
 
 from comply_ros.terminal.interrupts import check, interrupts
 
@@ -38,6 +39,6 @@ with interrupts() as stop:
         pass
     print(stop.is_set())
 """
-    done = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, timeout=60,
-                          check=True)
+    done = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True,
+                          timeout=DEADLINE, check=True)
     assert done.stdout == 'True\n'

@@ -12,6 +12,7 @@ import sys
 import time
 
 import pytest
+from waiting import DEADLINE
 
 from comply_ros.experiments import sweep
 from comply_ros.experiments.training_runs import learn, Run
@@ -59,7 +60,7 @@ def started(*argv, **options):
 
 def wait_for_rows(path, count, process):
     """Return when a table has so many rows."""
-    deadline = time.monotonic() + 60
+    deadline = time.monotonic() + DEADLINE
     while not (os.path.exists(path) and Path(path).read_text().count('\n') > count):
         assert time.monotonic() < deadline and process.poll() is None
         time.sleep(0.01)
@@ -116,7 +117,7 @@ def test_ctrl_c_keeps_completed_runs():
     process = started(written(seeds=10, iterations=20_000))
     wait_for_rows('runs/a.csv', 1, process)
     process.send_signal(signal.SIGINT)
-    err = process.communicate(timeout=20)[1]
+    err = process.communicate(timeout=DEADLINE)[1]
     done = len(rows('runs/a.csv')) - 1
     assert process.returncode == 130
     assert err.splitlines()[-1] == (f'sweep: interrupted; {done} of 80 runs are kept in '
@@ -130,7 +131,7 @@ def test_a_full_disk_keeps_completed_runs():
     def limit_file_size():
         resource.setrlimit(resource.RLIMIT_FSIZE, (limit, resource.RLIM_INFINITY))
     process = started(written(), preexec_fn=limit_file_size)
-    err = process.communicate(timeout=60)[1]
+    err = process.communicate(timeout=DEADLINE)[1]
     text = Path('runs/a.csv').read_text()
     done = text.count('\n') - 1
     assert process.returncode == 1
@@ -214,7 +215,7 @@ def test_ctrl_c_ends_a_sweep_on_a_cluster(scheduler):
     process = started(name, '--scheduler', scheduler)
     wait_for_rows('runs/a.csv', 2, process)
     process.send_signal(signal.SIGINT)
-    err = process.communicate(timeout=20)[1]
+    err = process.communicate(timeout=DEADLINE)[1]
     assert process.returncode == 130
     assert err.splitlines()[-1].startswith('sweep: interrupted; ')
     assert 'Traceback' not in err
@@ -227,7 +228,7 @@ def test_a_lost_cluster_is_one_sentence():
         address = cluster.scheduler_address
         process = started(written(seeds=10, iterations=3000), '--scheduler', address)
         wait_for_rows('runs/a.csv', 2, process)
-    err = process.communicate(timeout=20)[1]
+    err = process.communicate(timeout=DEADLINE)[1]
     assert process.returncode == 1
     assert f'sweep: the cluster at {address} was lost; ' in err.splitlines()[-1]
     assert 'Traceback' not in err

@@ -11,6 +11,7 @@ import time
 
 import numpy as np
 import pytest
+from waiting import DEADLINE
 
 from comply_ros.experiments import train
 from comply_ros.learner.learner_state import LearnerState
@@ -107,12 +108,12 @@ def test_ctrl_c_ends_a_training(tmp_path, moment):
         [sys.executable, '-c', 'import sys; from comply_ros.executables import train;'
          'sys.exit(train())', '--iterations', '1000000', '--mentor', 'none', '--out',
          str(tmp_path)], stderr=subprocess.PIPE, text=True)
-    deadline = time.monotonic() + 60
+    deadline = time.monotonic() + DEADLINE
     while time.monotonic() < deadline and processor_seconds(process.pid) < moment:
         time.sleep(0.01)
     process.send_signal(signal.SIGINT)
     try:
-        error = process.communicate(timeout=20)[1]
+        error = process.communicate(timeout=DEADLINE)[1]
     finally:
         process.kill()
     assert process.returncode == 130
