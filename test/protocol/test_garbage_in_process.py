@@ -6,7 +6,7 @@ from dataclasses import replace
 import random
 
 from actor_network import RUN, ShuffledNetwork
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from message_strategies import GARBAGE
 import pytest
@@ -28,6 +28,7 @@ from comply_ros.protocol.messages import (
 )
 from comply_ros.storage.map_files import read_map
 from comply_ros.world.mdp import World
+from examples import examples, GENERATE
 
 SUBSCRIBED = WorldDescription, StateReward, Recommendation, Action
 BAR = read_map('bar_grid', 'published')
@@ -103,7 +104,7 @@ class DirtyNetwork(ShuffledNetwork):
 @pytest.mark.parametrize('name, remembers_advice, budget', [
     ('beta_implicit', True, 0), ('explicit', False, 0), ('q_learning', True, 0),
     ('beta_implicit', False, 12)])
-@settings(settings.get_profile('garbage'))
+@examples(8, phases=GENERATE)
 @given(garbage=HANDFULS, number=st.integers(0, 1000))
 def test_garbage_changes_no_bit_and_stops_no_training(name, remembers_advice, budget, garbage,
                                                       number):

@@ -4,7 +4,7 @@
 import os
 
 from comply_msgs.srv import Save
-from hypothesis import example, given, HealthCheck, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 from node_processes import run
 import pytest
@@ -20,6 +20,7 @@ from comply_ros.nodes.parameters import ParameterError
 from comply_ros.protocol.grid_world import GridWorld
 from comply_ros.storage.map_files import read_map
 from comply_ros.world.grid import MapError
+from examples import examples
 
 pytestmark = pytest.mark.usefixtures('domain')
 MISTAKES = ParameterError, MapError, MentorError, ConfigError
@@ -60,8 +61,7 @@ def start(make_node, path):
         rclpy.try_shutdown(context=context)
 
 
-@settings(deadline=None, max_examples=60, database=None, suppress_health_check=list(HealthCheck),
-          derandomize=os.environ.get('CI') == 'true')
+@examples(60)
 @given(make_node=st.sampled_from(list(GIVEN)), number=st.integers(0, 5), value=values)
 @example(make_node=GridWorldNode, number=2, value='[]')
 @example(make_node=GridWorldNode, number=4, value='5')

@@ -7,7 +7,7 @@ import subprocess
 import sys
 
 from fuzz_node import Flood, kinds, requests, rubbish
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from node_processes import log_has, nodes
 import numpy as np
@@ -28,13 +28,14 @@ from comply_ros.protocol.run_view import is_possible_progress
 from comply_ros.storage.map_files import read_map
 from comply_ros.storage.mentor_cache import mentor_policy, read_mentor_spec
 from comply_ros.world.mdp import World
+from examples import examples, GENERATE
 
 BAR = read_map('bar_grid', 'published')
 POLICY = noisy_policy(World(BAR), 0.3, random_streams(8)[0])
 ITERATIONS = 60
 MANY, TIMES = 10_000, 4
 OURS = {'iterations': ITERATIONS, 'episodes': 5}
-FEW = settings(settings.get_profile('garbage'), max_examples=10_000)
+FEW = examples(10_000, phases=GENERATE)
 
 
 @pytest.fixture

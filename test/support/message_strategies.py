@@ -10,9 +10,7 @@ the topics.
 
 from array import array
 from functools import partial
-import os
 
-from hypothesis import HealthCheck, Phase, settings
 from hypothesis import strategies as st
 
 from comply_ros.protocol.messages import (
@@ -26,10 +24,6 @@ from comply_ros.protocol.messages import (
 )
 from comply_ros.world.grid import Grid
 
-settings.register_profile('garbage', deadline=None, max_examples=8, database=None,
-                          phases=[Phase.explicit, Phase.generate],
-                          derandomize=os.environ.get('CI') == 'true',
-                          suppress_health_check=list(HealthCheck))
 FAR = 1_000_000  # episodes ahead, which no test comes to
 LARGEST = 2 ** 32
 odd = st.sampled_from([float('nan'), float('inf'), float('-inf')])

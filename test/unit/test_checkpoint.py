@@ -1,19 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Checkpoints: what was packed comes back to the bit, and any other bytes are rejected."""
 
-import os
 
-from hypothesis import example, given, HealthCheck, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 import numpy as np
 import pytest
 
 from comply_ros.storage.checkpoint import CheckpointError, pack_checkpoint, unpack_checkpoint
+from examples import examples
 
-settings.register_profile('checkpoints', deadline=None, max_examples=200, database=None,
-                          derandomize=os.environ.get('CI') == 'true',
-                          suppress_health_check=list(HealthCheck))
-fuzz = settings(settings.get_profile('checkpoints'))
+fuzz = examples(200)
 FACTS = {'steps': 2 ** 60, 'return': -1.0 / 3.0, 'last': [1, 2, None, True], 'word': 'ü\n'}
 ARRAYS = {'q': np.array([[0.1, -np.inf], [np.nan, -0.0]]), 'trail': np.arange(3),
           'none': np.zeros((0, 4))}

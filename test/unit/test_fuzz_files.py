@@ -2,10 +2,9 @@
 """Random files: an error of one line, or a correct result."""
 
 from math import isfinite
-import os
 import time
 
-from hypothesis import example, given, HealthCheck, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 import pytest
 import yaml
@@ -22,11 +21,9 @@ from comply_ros.storage.map_files import parse_map, read_map
 from comply_ros.storage.mentor_cache import mentor_policy, read_mentor_spec
 from comply_ros.world.grid import CELLS, Grid, MapError
 from comply_ros.world.mdp import World
+from examples import examples
 
-settings.register_profile('fuzz', deadline=None, max_examples=400, database=None,
-                          derandomize=os.environ.get('CI') == 'true',
-                          suppress_health_check=list(HealthCheck))
-fuzz = settings(settings.get_profile('fuzz'))
+fuzz = examples(400)
 LONGEST = 300  # characters of a message, without the choices that it offers
 SLOWEST = 3.0  # seconds of processor for a small file
 

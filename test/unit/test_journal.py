@@ -1,19 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Journals: what was packed comes back, and nothing else ever does."""
 
-import os
 from typing import NamedTuple
 
-from hypothesis import given, HealthCheck, settings
+from hypothesis import given
 from hypothesis import strategies as st
 import pytest
 
 from comply_ros.storage.journal import DamagedError, JournalCodec
+from examples import examples
 
-settings.register_profile('journal', deadline=None, max_examples=200, database=None,
-                          derandomize=os.environ.get('CI') == 'true',
-                          suppress_health_check=list(HealthCheck))
-fuzz = settings(settings.get_profile('journal'))
+fuzz = examples(200)
 
 
 class Large(NamedTuple):

@@ -11,18 +11,16 @@ import shutil
 import threading
 from typing import NamedTuple
 
-from hypothesis import given, HealthCheck, settings
+from hypothesis import given
 from hypothesis import strategies as st
 import numpy as np
 import pytest
 
 from comply_ros.storage import checkpoint, state_store, versions
 from comply_ros.storage.state_store import StateError, StateStore
+from examples import examples
 
-settings.register_profile('state_store', deadline=None, max_examples=150, database=None,
-                          derandomize=os.environ.get('CI') == 'true',
-                          suppress_health_check=list(HealthCheck))
-fuzz = settings(settings.get_profile('state_store'))
+fuzz = examples(150)
 IDENTITY = {'map': 'a hash', 'method': 'sarsa', 'seed': 3}
 
 
