@@ -3,12 +3,17 @@
 
 from collections import Counter
 from importlib import import_module
+import json
+import os
 from pathlib import Path
 import re
+import subprocess
+import sys
 
 import pytest
 import yaml
 
+from comply_ros.experiments import train
 from tools.docstring_text import separate_entries
 
 TOP = Path(__file__).parents[2]
@@ -85,6 +90,24 @@ def test_every_name_of_the_python_page_exists():
     for name in names:
         module, _, attribute = name.rpartition('.')
         assert getattr(import_module(module), attribute).__doc__
+
+
+def run_python(page: str, number: int, folder: Path) -> str:
+    """Output of a Python block of a page; its files are in the folder."""
+    code = re.findall(r'```python\n(.*?)```', (TOP / page).read_text(), re.DOTALL)[number]
+    done = subprocess.run([sys.executable, '-c', code], cwd=folder, capture_output=True,
+                          text=True, timeout=90, check=False,
+                          env={**os.environ, 'MPLBACKEND': 'Agg'})
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_the_python_page_shows_a_training_with_the_same_digest_as_train(tmp_path):
+    *returns, digest = run_python('docs/reference/python.md', 1, tmp_path).split()
+    assert len(returns) == 50
+    options = ('--mentor', 'noisy:0.2', '--method', 'explicit', '--iterations', '50')
+    assert train.main(['train', *options, '--seed', '3', '--out', str(tmp_path)]) == 0
+    assert json.loads((tmp_path / 'summary.json').read_text())['digest'] == digest
 
 
 def test_the_readme_is_short():
