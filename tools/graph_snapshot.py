@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`scripts/interfaces`: start every node, read its interfaces from the graph, write the page."""
+"""`scripts/interfaces`: start every node, read its interfaces from the graph, write two pages."""
 
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -19,7 +19,7 @@ from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from comply_ros.nodes.node_processes import ended_with_block, NodeProcess
 from comply_ros.nodes.parameters import ADVISING, BAG, BUDGET, Parameter, PORT
-from tools.interfaces_markdown import Endpoint, NodeInterfaces, NodeKind, page_of
+from tools.interfaces_markdown import Endpoint, NodeInterfaces, NodeKind, pages_of
 from tools.ros_graph import (
     call,
     QUIET,
@@ -28,7 +28,7 @@ from tools.ros_graph import (
     TOPICS_OF_EVERY_NODE,
 )
 
-START_TIMEOUT = 30.0  # seconds
+START_TIMEOUT = 90.0  # seconds
 PARAMETERS_OF_EVERY_NODE = {'start_type_description_service', 'use_sim_time'}
 
 
@@ -49,27 +49,28 @@ NODE_KINDS = (
 
 
 def main(argv: Sequence[str]) -> int:
-    """Write the page to a file, or to standard output; return the exit code."""
+    """Write the pages to a folder, or to standard output; return the exit code."""
     rclpy.init()
     try:
-        text = page()
+        texts = pages()
     finally:
         rclpy.try_shutdown()
     if len(argv) > 1:
-        Path(argv[1]).write_text(text)
+        for name, text in texts.items():
+            (Path(argv[1]) / name).write_text(text)
     else:
-        sys.stdout.write(text)
+        sys.stdout.write('\n'.join(texts.values()))
     return 0
 
 
-def page() -> str:
-    """Return the text of docs/interfaces.md; starts one node of each kind."""
+def pages() -> dict[str, str]:
+    """Return the text of each page by its file name; starts one node of each kind."""
     node = Node('_interfaces')
     try:
         with running(NODE_KINDS) as namespaces:
             found = _settled_endpoints(node, namespaces)
-            return page_of([_node_interfaces(node, kind, namespace, endpoints)
-                            for (kind, namespace), endpoints in zip(namespaces, found)])
+            return pages_of([_node_interfaces(node, kind, namespace, endpoints)
+                             for (kind, namespace), endpoints in zip(namespaces, found)])
     finally:
         node.destroy_node()
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The text of docs/interfaces.md, from the interfaces of the nodes and their definitions."""
+"""The text of the pages on nodes and messages, from the interfaces of the running nodes."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -11,16 +11,27 @@ from comply_ros.nodes.parameters import Parameter
 from tools.message_definitions import Definition, definitions
 from tools.param import KINDS
 
-HEAD = """# Interfaces
+NODES_PAGE, MESSAGES_PAGE = 'nodes.md', 'messages.md'  # in docs/reference
 
-All topics, services, parameters and messages of the nodes. `scripts/interfaces` generates this
-page: it starts each node and reads its interfaces from the ROS graph. A test fails if the page no
-longer agrees with the nodes. [The tutorial](tutorial.md) shows the interfaces at work.
+NODES_HEAD = f"""# Nodes
+
+All topics, services and parameters of the nodes; [Messages]({MESSAGES_PAGE}) has the fields of
+their messages. `scripts/interfaces` generates both pages: it starts each node and reads its
+interfaces from the ROS graph. A test fails if the pages no longer agree with the nodes. [The
+tutorial](../tutorial.md) shows the interfaces at work.
 
 All names are relative, so a namespace gives a second robot; only `/diagnostics` is shared by the
 whole system. `~/` stands for the name of the node, as in `/grid_world/`. `scripts/topic`,
 `scripts/service` and `scripts/param` call `ros2 topic`, `ros2 service` and `ros2 param`, or
 replace them where there is no `ros2`.
+"""
+
+MESSAGES_HEAD = f"""# Messages
+
+Every message and service that the nodes define or serve, field by field. [Nodes]({NODES_PAGE})
+has the topics and services on which they are used, and [the conversation](
+../concepts/conversation.md) the order in which they are published. `scripts/interfaces` generates
+this page from the definitions. `ros2 interface show comply_msgs/msg/StateReward` prints the same.
 """
 
 DELIVERY = """\
@@ -49,12 +60,12 @@ PURPOSES = {
     '~/step': 'Take one step while the world is paused.',
     ('grid_world', '~/reset'): 'Start a new run, as after a fresh start.',
     ('learner', '~/reset'): 'Forget everything that was learned.'}
-DEFINED_HERE = ('comply_msgs', 'std_srvs')  # packages whose definitions are on the page
+DEFINED_HERE = ('comply_msgs', 'std_srvs')  # packages with definitions on the page
 
 
 class NodeKind(NamedTuple):
     """
-    A node that the page describes.
+    A node that the pages describe.
 
     Attributes
     ----------
@@ -93,13 +104,16 @@ class NodeInterfaces(NamedTuple):
     parameters: tuple[tuple[ParameterDescriptor, Any], ...]
 
 
-def page_of(nodes: Sequence[NodeInterfaces]) -> str:
-    """Text of the page; `nodes` are in the order of the page."""
+def pages_of(nodes: Sequence[NodeInterfaces]) -> dict[str, str]:
+    """Text of each page by its file name; `nodes` are in the order of the page."""
     unconditional = [each for each in nodes if not each.kind.condition]
-    return '\n'.join([
-        HEAD, '## Topics\n', _topics(nodes), DELIVERY, '## Services\n', _services(unconditional),
-        '## Nodes\n', OF_EVERY_NODE, *map(_node, unconditional), '## Messages\n',
-        *_messages(nodes), '## Service definitions\n', *_service_definitions(unconditional)])
+    return {
+        NODES_PAGE: '\n'.join([
+            NODES_HEAD, '## Topics\n', _topics(nodes), DELIVERY, '## Services\n',
+            _services(unconditional), '## Nodes\n', OF_EVERY_NODE, *map(_node, unconditional)]),
+        MESSAGES_PAGE: '\n'.join([
+            MESSAGES_HEAD, '## Messages\n', *_messages(nodes), '## Service definitions\n',
+            *_service_definitions(unconditional)])}
 
 
 def _table(heads: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
@@ -141,9 +155,10 @@ def _qos(ends: Iterable[Endpoint]) -> str:
 
 
 def _type(kind: str) -> str:
-    """Name of a type, with a link to its definition if that is on the page."""
+    """Name of a type, with a link to its definition if the page of messages has it."""
     package, _, name = kind.split('/')
-    return f'[`{kind}`](#{name.lower()})' if package in DEFINED_HERE else f'`{kind}`'
+    link = f'[`{kind}`]({MESSAGES_PAGE}#{name.lower()})'
+    return link if package in DEFINED_HERE else f'`{kind}`'
 
 
 def _services(nodes: Iterable[NodeInterfaces]) -> str:

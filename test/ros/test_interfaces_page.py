@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""docs/interfaces.md agrees with the running nodes."""
+"""The pages on nodes and messages in docs/reference agree with the running nodes."""
 
 from pathlib import Path
 
@@ -7,30 +7,33 @@ import pytest
 import rclpy
 
 from comply_ros.nodes import topics
-from tools.graph_snapshot import NODE_KINDS, page
-from tools.interfaces_markdown import Endpoint, NodeKind, purpose
+from tools.graph_snapshot import NODE_KINDS, pages
+from tools.interfaces_markdown import Endpoint, MESSAGES_PAGE, NodeKind, NODES_PAGE, purpose
 from tools.message_definitions import definitions, Field, parse_definition
 
-PAGE = Path(__file__).parents[2] / 'docs' / 'interfaces.md'
+FOLDER = Path(__file__).parents[2] / 'docs' / 'reference'
+PAGE = FOLDER / NODES_PAGE
 
 
 @pytest.fixture
 def generated(domain):
-    """Return the page that is generated from the nodes now."""
+    """Return the pages that are generated from the nodes now."""
     rclpy.init()
     try:
-        yield page()
+        yield pages()
     finally:
         rclpy.try_shutdown()
 
 
-def test_the_page_agrees_with_the_running_nodes(generated):
-    if generated != PAGE.read_text():
-        new, old = ([*dict.fromkeys(text.splitlines())] for text in (generated, PAGE.read_text()))
+def test_the_pages_agree_with_the_running_nodes(generated):
+    stored = {name: (FOLDER / name).read_text() for name in (NODES_PAGE, MESSAGES_PAGE)}
+    if generated != stored:
+        new, old = ([*dict.fromkeys(line for name in (NODES_PAGE, MESSAGES_PAGE)
+                                    for line in texts[name].splitlines())]
+                    for texts in (generated, stored))
         differences = [f'+ {line}' for line in new if line not in old] + [
             f'- {line}' for line in old if line not in new]
-        pytest.fail('docs/interfaces.md is stale: run scripts/interfaces\n'
-                    + '\n'.join(differences))
+        pytest.fail('docs/reference is stale: run scripts/interfaces\n' + '\n'.join(differences))
 
 
 def test_every_topic_is_on_the_page():
@@ -65,7 +68,7 @@ def test_a_node_that_does_not_start_is_named(domain, monkeypatch):
     rclpy.init()
     try:
         with pytest.raises(NodeDied, match='mentor ended with exit code 2'):
-            page()
+            pages()
     finally:
         rclpy.try_shutdown()
 

@@ -10,7 +10,6 @@ import re
 import signal
 import subprocess
 import sys
-import textwrap
 import time
 
 from comply_msgs.srv import Recommend, Save
@@ -334,10 +333,10 @@ def test_invalid_messages_are_rejected_logged_once_and_change_nothing(
             assert digest_of(started['learner']) == expected
 
 
-def test_the_mentor_node_of_the_readme_can_take_the_place_of_ours(tmp_path):
-    readme = (Path(__file__).parents[2] / 'README.md').read_text()
-    (tmp_path / 'my_mentor.py').write_text(textwrap.dedent(
-        re.search(r'```python\n(.*?)```', readme, re.DOTALL)[1]))
+def test_the_mentor_node_of_the_pages_can_take_the_place_of_ours(tmp_path):
+    page = (Path(__file__).parents[2] / 'docs' / 'how-to' / 'mentor.md').read_text()
+    (tmp_path / 'my_mentor.py').write_text(
+        re.search(r'```python\n(.*?)```', page, re.DOTALL)[1])
     world = World(read_map('free_grid', 'published'))
     policy = np.where(np.arange(121) % 11 == 10, 3, 1)
     row = replace(find_method('beta_implicit', 'published'), iterations=4, episodes=5)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""docs/tutorial.md: every command prints what the page says, and the links lead somewhere."""
+"""docs/tutorial.md: every command prints what the page says."""
 
 from pathlib import Path
 import re
