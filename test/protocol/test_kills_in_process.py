@@ -8,7 +8,7 @@ import random
 from tempfile import TemporaryDirectory
 
 from actor_network import RUN, ShuffledNetwork
-from preset_names import PRESETS
+from bar_grid_training import PRESETS
 import pytest
 from tiny_worlds import grid
 
@@ -246,9 +246,9 @@ def check(network, training, results):
 @pytest.mark.parametrize('profile, name', PRESETS)
 def test_with_kills_at_any_moment_the_digest_is_that_of_the_compiled_loop(network, profile, name):
     policy = noisy_policy(World(ROOM), 0.3, random_streams(8)[0])
-    config = replace(find_method(name, profile), episodes=2, iterations=3)
+    config = replace(find_method(name, profile), episodes=1, iterations=2)
     training = Training(World(ROOM), policy, config, SEED)
-    results = [training.iterate() for _ in range(3)]
+    results = [training.iterate() for _ in range(2)]
     mortal = network(0.15, config, ROOM, policy, SEED, random.Random(name),
                      len(name) % 2 == 0).run()
     check(mortal, training, results)

@@ -88,7 +88,7 @@ def namespace(request, domain, tmp_path):
             yield request.param
     finally:
         lesson.terminate()
-        lesson.wait(30)
+        lesson.wait(DEADLINE)
 
 
 @pytest.fixture

@@ -3,7 +3,7 @@
 
 from dataclasses import replace
 
-from preset_names import PRESETS
+from bar_grid_training import PRESETS
 import pytest
 
 from comply_ros.learner.learner_config import ConfigError

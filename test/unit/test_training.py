@@ -3,8 +3,8 @@
 
 from dataclasses import replace
 
+from bar_grid_training import PRESETS, trained
 import numpy as np
-from preset_names import PRESETS
 import pytest
 from tiny_worlds import room
 
@@ -14,15 +14,6 @@ from comply_ros.learner.training import Training
 from comply_ros.storage.map_files import read_map
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import optimal_policy
-
-
-def trained(name, profile, iterations=4, seed=3):
-    """Return a training after some iterations in `bar_grid`, and their results."""
-    world = World(read_map('bar_grid', profile))
-    advice = optimal_policy(world)
-    advice[::3] = -1  # a mentor without advice in a third of the states
-    learning = Training(world, advice, replace(find_method(name, profile), episodes=5), seed)
-    return learning, [learning.iterate() for _ in range(iterations)]
 
 
 @pytest.mark.parametrize('profile, name', PRESETS)

@@ -3,15 +3,9 @@
 
 import json
 import os
-from pathlib import Path
-import signal
-import subprocess
-import sys
-import time
 
 import numpy as np
 import pytest
-from waiting import DEADLINE
 
 from comply_ros.experiments import train
 from comply_ros.learner.learner_state import LearnerState
@@ -100,31 +94,6 @@ def test_a_folder_with_the_name_of_a_result_is_reported_before_the_training(tmp_
 def run_code(folder):
     """Return the exit code of a short training."""
     return train.main(['train', *SHORT, '--out', str(folder)])
-
-
-@pytest.mark.parametrize('moment', [0.3, 0.8, 1.2, 2.0, 3.0])
-def test_ctrl_c_ends_a_training(tmp_path, moment):
-    process = subprocess.Popen(
-        [sys.executable, '-c', 'import sys; from comply_ros.executables import train;'
-         'sys.exit(train())', '--iterations', '1000000', '--mentor', 'none', '--out',
-         str(tmp_path)], stderr=subprocess.PIPE, text=True)
-    deadline = time.monotonic() + DEADLINE
-    while time.monotonic() < deadline and processor_seconds(process.pid) < moment:
-        time.sleep(0.01)
-    process.send_signal(signal.SIGINT)
-    try:
-        error = process.communicate(timeout=DEADLINE)[1]
-    finally:
-        process.kill()
-    assert process.returncode == 130
-    assert 'Traceback' not in error
-    assert error.endswith('train: interrupted\n') or moment < 1.0  # before it started
-
-
-def processor_seconds(pid):
-    """Return the processor time that a process has used."""
-    numbers = Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()
-    return (int(numbers[11]) + int(numbers[12])) / os.sysconf('SC_CLK_TCK')
 
 
 def test_planning_that_does_not_settle_is_reported_before_the_training(

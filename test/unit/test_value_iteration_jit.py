@@ -115,7 +115,7 @@ def test_values_that_do_not_settle_are_an_error_that_says_so(monkeypatch, many):
 
 
 def test_without_numba_large_worlds_are_swept_in_numpy():
-    code = ('import sys; sys.modules["numba"] = None; sys.path.insert(0, "test");'
+    code = ('import sys; sys.modules["numba"] = None; sys.path.insert(0, "test/support");'
             'from comply_ros.world import planning; from tiny_worlds import corridor;'
             'planning.LARGE = 1; planning.compiled_value_iteration = None;'
             'print(planning.optimal_values(corridor()).round(6).tolist())')

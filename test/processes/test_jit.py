@@ -10,6 +10,7 @@ import sys
 from comply_ros.storage import kernel_cache
 from comply_ros.storage.kernel_cache import kernel_hash, KernelCache
 
+SUPPORT = Path(__file__).parents[1] / 'support'
 PROGRAM = ('import sys; {}; from comply_ros.numerics.jit import compiled;'
            'from comply_ros.learner.confidence import sigmoid; f = compiled(sigmoid);'
            'print(f(1.0), f is sigmoid)')
@@ -89,12 +90,12 @@ def test_a_cleared_cache_has_no_code_of_these_sources_and_all_of_others(tmp_path
 def test_the_next_process_uses_the_compiled_code_and_compiles_again_where_it_is_spoiled(
         tmp_path, monkeypatch):
     monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path))
-    program = (f'{WITH_CACHE}; from test_training import trained;'
+    program = (f'{WITH_CACHE}; from bar_grid_training import trained;'
                'print(trained("sarsa", "report", iterations=1)[0].state.digest())')
 
     def digest():
         return subprocess.run([sys.executable, '-c', program], check=True, capture_output=True,
-                              text=True, cwd=Path(__file__).parent).stdout
+                              text=True, cwd=SUPPORT).stdout
 
     def files():
         return {path: path.stat().st_mtime_ns for path in tmp_path.rglob('*.nb?')}

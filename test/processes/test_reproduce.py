@@ -8,7 +8,7 @@ import subprocess
 import sys
 
 import pytest
-from waiting import wait_until
+from waiting import DEADLINE, wait_until
 
 from comply_ros.experiments import reproduce
 from comply_ros.experiments.figure_plots import COLOURS
@@ -90,9 +90,9 @@ def test_a_wrong_option_is_one_sentence(tmp_path, capsys, argv, message):
 def test_an_interrupted_run_keeps_its_cells_and_is_continued(tmp_path):
     argv = [*COMMAND, '--figures', '2.8', '3.3', '--seeds', '3', '--out', str(tmp_path)]
     process = subprocess.Popen(argv, stderr=subprocess.PIPE, text=True)
-    wait_until(lambda: list(tmp_path.glob('data/free_grid-*.npz')), 'first cell', 60)
+    wait_until(lambda: list(tmp_path.glob('data/free_grid-*.npz')), 'first cell')
     process.send_signal(signal.SIGINT)
-    assert process.wait(30) == 130
+    assert process.wait(DEADLINE) == 130
     assert 'are kept in' in process.stderr.read().replace('\n', ' ')
     kept = {path: path.stat().st_mtime_ns for path in tmp_path.glob('data/*.npz')}
     assert 1 <= len(kept) < 5 and not list(tmp_path.glob('data/*.part'))

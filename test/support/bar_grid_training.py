@@ -1,0 +1,21 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The name of every preset with its profile, and a short training of one in `bar_grid`."""
+
+from dataclasses import replace
+
+from comply_ros.learner.presets import find_method, METHODS
+from comply_ros.learner.training import Training
+from comply_ros.storage.map_files import read_map
+from comply_ros.world.mdp import World
+from comply_ros.world.planning import optimal_policy
+
+PRESETS = [(profile, name) for profile, table in METHODS.items() for name in table]
+
+
+def trained(name, profile, iterations=4, seed=3):
+    """Return a training after some iterations in `bar_grid`, and their results."""
+    world = World(read_map('bar_grid', profile))
+    advice = optimal_policy(world)
+    advice[::3] = -1  # a mentor without advice in a third of the states
+    learning = Training(world, advice, replace(find_method(name, profile), episodes=5), seed)
+    return learning, [learning.iterate() for _ in range(iterations)]
