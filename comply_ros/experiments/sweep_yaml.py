@@ -25,9 +25,9 @@ from comply_ros.learner.learner_config import ConfigError
 from comply_ros.mentor.advice_budget import validate_advice_budget
 from comply_ros.mentor.policy_text import parse_policy
 from comply_ros.numerics.rng import SEED_LIMIT
-from comply_ros.storage.bounded_yaml import read_text, shown
 from comply_ros.storage.file_system import PathError
 from comply_ros.storage.mentor_cache import read_mentor_spec
+from comply_ros.storage.user_files import read_text, shown
 from comply_ros.terminal.training_options import MISTAKES
 
 AXES = {  # key of the file: field of `Run` and type of its values; the last one varies fastest

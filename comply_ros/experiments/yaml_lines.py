@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, NoReturn
 import yaml
 from yaml.reader import ReaderError
 
-from comply_ros.storage.bounded_yaml import BoundedLoader, BoundError, shown
+from comply_ros.storage.user_files import BoundedLoader, BoundError, shown
 
 MAX_VALUE_LENGTH = 1000  # characters
 
