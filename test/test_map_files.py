@@ -86,8 +86,8 @@ def test_a_file_is_a_map_too(tmp_path):
     ('0.8', '!!float ""', "a number must be written like 10, 0.5 or 1e-3, got '' in line 2"),
     ('0.8', '!!timestamp x', 'a map must be valid YAML (failed to construct timestamp '
      'from "x") in line 2'),
-    ('0.8', '"\\UFFFFFFFF"', 'a map must be valid YAML (got a number beyond all '
-     'bounds) in line 1'),
+    ('0.8', '"\\UFFFFFFFF"', 'a map must be valid YAML, got a number beyond all '
+     'bounds in line 1'),
     ('rows:', 'profiles: 1\nrows:', 'profiles must be a table of report, published, got 1'),
     ('rows:', 'profiles: false\nrows:',
      'profiles must be a table of report, published, got False'),

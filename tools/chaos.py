@@ -94,7 +94,8 @@ def main(argv: Sequence[str]) -> int:
         'they have learned with an undisturbed training.')
     add = parser.add_argument
     add('--kills', type=whole_number, default=100, metavar='N', help='(default: %(default)s)')
-    add('--seed', type=whole_number, default=0, metavar='K', help='of the moments (default: %(default)s)')
+    add('--seed', type=whole_number, default=0, metavar='K',
+        help='of the moments (default: %(default)s)')
     add('--seconds', type=real_number, default=float('inf'), metavar='T',
         help='start no kill after this time (default: no limit)')
     add('--out', default='runs/chaos', metavar='DIR', help='(default: %(default)s)')

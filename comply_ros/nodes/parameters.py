@@ -12,7 +12,11 @@ from rcl_interfaces.msg import (
     SetParametersResult,
 )
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically
-from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
+from rclpy.exceptions import (
+    InvalidParameterTypeException,
+    InvalidParameterValueException,
+    ParameterUninitializedException,
+)
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 from rclpy.service import Service
@@ -139,10 +143,11 @@ class SafeParameterNode(Node):
     def __init__(self, name: str, **kwargs: Any) -> None:
         try:
             super().__init__(name, **kwargs)
-        except InvalidParameterTypeException as error:
-            wrong = next(each for each in ROS_PARAMETERS
-                         if type(self._override(each)) not in (bool, type(None)))
-            raise ParameterError(_type_rule(wrong, self._override(wrong))) from error
+        except (InvalidParameterTypeException, ParameterUninitializedException) as error:
+            given = ((each, self._override(each)) for each in ROS_PARAMETERS
+                     if each.name in self._parameter_overrides)
+            wrong, value = next(each for each in given if type(each[1]) is not bool)
+            raise ParameterError(_type_rule(wrong, value)) from error
         for name in self._parameter_overrides:
             prefix, dot, _ = name.partition('.')  # rcl has names with dots, as of QoS overrides
             if name not in KNOWN_NAMES and (not dot or prefix in KNOWN_NAMES):
@@ -159,8 +164,8 @@ class SafeParameterNode(Node):
             raise ParameterError(
                 f'parameter {parameter.name} must lie in {list(parameter.range or ())}, '
                 f'got {self._override(parameter)!r}') from None
-        if value is None:  # rclpy takes the empty list of a file for no value, and no default
-            raise ParameterError(_type_rule(parameter, []))
+        if value is None:
+            raise ParameterError(_type_rule(parameter, self._override(parameter)))
         if parameter.choices and value not in parameter.choices:
             raise ParameterError(f'parameter {parameter.name} must be one of '
                                  f'{", ".join(parameter.choices)}, got {value!r}')
@@ -207,7 +212,9 @@ class SafeParameterNode(Node):
     def _override(self, parameter: Parameter) -> Any:
         """Value that was given on the command line or in a file, None where none was."""
         given = self._parameter_overrides.get(parameter.name)
-        return None if given is None else given.value
+        if given is None:
+            return None
+        return [] if given.value is None else given.value  # rclpy takes [] for no value
 
 
 def descriptor(parameter: Parameter) -> ParameterDescriptor:

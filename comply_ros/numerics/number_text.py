@@ -14,7 +14,7 @@ class NumberError(ValueError):
 
 def read_number(text: str) -> int | float:
     """
-    Number that a text stands for: an int without point and exponent, else a float.
+    Value of a number in text: an int without point and exponent, else a float.
 
     There is one way to write a number, in decimal: without zeros in front, which other programs
     take for octal (010), without colons, which YAML 1.1 takes for base 60 (1:30), and without
@@ -33,7 +33,7 @@ def read_number(text: str) -> int | float:
 
 def read_integer(text: str) -> int:
     """
-    Whole number that a text stands for, as `read_number` reads it.
+    Value of a whole number in text, as `read_number` reads it.
 
     Raises
     ------

@@ -82,8 +82,7 @@ def _parse_table(text: str) -> dict[Any, Any]:
     try:
         table = load_yaml(text).value
     except YamlError as error:
-        rule = str(error) if error.is_rule else f'a map must be valid YAML ({error})'
-        raise MapError(f'{rule} in line {error.line}') from None
+        raise MapError(f'{error.about("a map")} in line {error.line}') from None
     if not isinstance(table, dict):
         raise MapError(f'a map must be a table of {", ".join(REQUIRED_KEYS)}, '
                        f'got {type(table).__name__}')

@@ -40,6 +40,13 @@ class YamlError(ValueError):
         super().__init__(str(message))
         self.line, self.is_rule = line, is_rule
 
+    def about(self, name: str) -> str:
+        """Sentence about the file that the text is of."""
+        if self.is_rule:
+            return str(self)
+        return f'{name} must be valid YAML' + (
+            f', {self}' if str(self).startswith('got ') else f' ({self})')
+
 
 class LinedYaml(NamedTuple):
     """
@@ -60,7 +67,7 @@ class LinedYaml(NamedTuple):
 
 def read_text(path: str | Path) -> str:
     """
-    Text of a file in UTF-8; without its byte order mark, and with \\n for every end of a line.
+    Text of a file in UTF-8, without its byte order mark, each line ended by one character.
 
     Raises
     ------

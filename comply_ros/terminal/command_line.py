@@ -16,7 +16,7 @@ class CommandParser(argparse.ArgumentParser):
 
 
 def whole_number(text: str) -> int:
-    """Whole number of an option, for `type=`; raises the error that argparse prints."""
+    """Value of an option in whole numbers, for `type=`; raises the error that argparse prints."""
     try:
         return read_integer(text)
     except ValueError as error:
@@ -24,7 +24,7 @@ def whole_number(text: str) -> int:
 
 
 def real_number(text: str) -> float:
-    """Number of an option, for `type=`; raises the error that argparse prints."""
+    """Value of an option that is a number, for `type=`; raises the error that argparse prints."""
     try:
         return float(read_number(text))
     except ValueError as error:
