@@ -24,6 +24,7 @@ from comply_ros.mentor.policy import PolicyError
 from comply_ros.mentor.policy_text import format_policy, parse_policy
 from comply_ros.storage.map_files import parse_map, read_map
 from comply_ros.storage.mentor_cache import mentor_policy, read_mentor_spec
+from comply_ros.storage.user_files import load_yaml
 from comply_ros.world.grid import CELLS, Grid, MapError
 from comply_ros.world.mdp import World
 
@@ -144,7 +145,7 @@ def check_grid(text, found):
     assert found.starts and all(0 <= s < width * height for s in found.starts)
     for s in found.starts:
         assert reaches_goal(found.rows[::-1], s % width, s // width)
-    content = yaml.safe_load(text)
+    content = load_yaml(text).value
     if 'extends' not in content:
         assert content['rows'] == list(found.rows)
         assert content['intended'] == found.intended

@@ -91,11 +91,14 @@ def load_yaml(text: str) -> LinedYaml:
     """
     Content of a YAML 1.2 text, in which every key is there once and numbers are decimal.
 
+    Blanks at the end of a line do not count.
+
     Raises
     ------
     YamlError: for any other text, and for one beyond the limits.
 
     """
+    text = '\n'.join(line.rstrip(' \t') for line in text.split('\n'))
     yaml = YAML(typ='rt', pure=True)
     yaml.Reader, yaml.Composer, yaml.Constructor = _Reader, _Composer, _Constructor
     yaml.max_depth = MAX_DEPTH
