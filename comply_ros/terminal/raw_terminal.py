@@ -126,13 +126,12 @@ class Terminal:
             self._output.flush()
 
     def _stop(self, *_: Any) -> None:
-        """Give the terminal back, and stop as a process without a handler does."""
+        """Give the terminal back, stop until `fg`, and take the terminal over again."""
         self._restore.close()
-        signal.signal(signal.SIGCONT, self._continue)
-        signal.raise_signal(signal.SIGTSTP)
+        signal.raise_signal(signal.SIGTSTP)  # which no handler catches now
+        self.open()
 
     def _continue(self, *_: Any) -> None:
-        """Take the terminal over, as the shell has used it meanwhile."""
+        """Take the terminal over after a stop that no handler saw: others have used it."""
         self._restore.close()
-        signal.signal(signal.SIGCONT, signal.SIG_DFL)
         self.open()
