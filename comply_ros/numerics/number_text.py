@@ -6,6 +6,7 @@ import re
 RULE = 'a number must be written like 10, 0.5 or 1e-3'
 MAX_LENGTH = 1000  # characters: Python converts 4300 digits at most
 NUMBER = re.compile(r'[-+]?(?:(?:0|[1-9][0-9]*)(\.[0-9]*)?|(\.[0-9]+))([eE][-+]?[0-9]+)?')
+NOT_FINITE = ('nan', 'inf', '-inf')
 
 
 class NumberError(ValueError):
@@ -18,14 +19,18 @@ def read_number(text: str) -> int | float:
 
     There is one way to write a number, in decimal: without zeros in front, which other programs
     take for octal (010), without colons, which YAML 1.1 takes for base 60 (1:30), and without
-    underscores. Blanks around it do not count.
+    underscores. Blanks around it do not count. `nan`, `inf` and `-inf` are floats, so that the
+    one who knows the range can name it.
 
     Raises
     ------
-    NumberError: for any other text, also `nan` and `inf`.
+    NumberError: for any other text.
 
     """
-    match = NUMBER.fullmatch(text.strip(' \t\r\n'))
+    written = text.strip(' \t\r\n')
+    if written in NOT_FINITE:
+        return float(written)
+    match = NUMBER.fullmatch(written)
     if match is None or len(text) > MAX_LENGTH:
         raise NumberError(f'{RULE}, got {text!r}')
     return float(match[0]) if any(match.groups()) else int(match[0])

@@ -22,7 +22,7 @@ rows: ['..G', '.#.']
 SWEEP = 'methods: sarsa\nmentors: none\nseeds: 1\nsettings: {{initial_value: {}}}\n'
 NUMBERS = [('1e-3', 0.001), ('-1e3', -1000.0), ('10', 10), ('-0.5', -0.5), ('+2', 2), ('0', 0),
            ('1.', 1.0), ('.5', 0.5), ('1E+2', 100.0), ('0.010', 0.01), ('1e-09', 1e-9)]
-WRONG = ['010', '-01', '00.5', '1:30', '0x10', '1_000', '0b1', '0o7', 'nan', 'inf', '.nan',
+WRONG = ['010', '-01', '00.5', '1:30', '0x10', '1_000', '0b1', '0o7', 'NaN', '.nan', '.inf',
          '1,5', '1e', 'e3', '--1', '\u0661\u0662', '', ' ', '1 2', '9' * 1001]
 
 
@@ -50,6 +50,11 @@ def test_what_programs_disagree_about_is_no_number_anywhere(text):
             parse_sweep(SWEEP.format(text))
         with pytest.raises(MapError):
             parse_map(MAP.format(text), 'report')
+
+
+def test_what_is_not_finite_is_out_of_range():
+    with pytest.raises(ConfigError, match=r'initial_value must lie in .*, got nan'):
+        with_text(LearnerConfig(), 'initial_value', 'nan')
 
 
 @pytest.mark.parametrize('text', ['1.0', '1e3', '010', 'x'])
