@@ -118,7 +118,8 @@ def test_a_value_has_the_type_of_its_parameter(kind, text, field, value):
 
 @pytest.mark.parametrize('kind, text', [
     (ParameterType.PARAMETER_DOUBLE, '010'), (ParameterType.PARAMETER_INTEGER, '010'),
-    (ParameterType.PARAMETER_DOUBLE, '1:30'), (ParameterType.PARAMETER_BOOL, '1'), (ParameterType.PARAMETER_INTEGER, 'true'),
+    (ParameterType.PARAMETER_DOUBLE, '1:30'), (ParameterType.PARAMETER_BOOL, '1'),
+    (ParameterType.PARAMETER_INTEGER, 'true'),
     (ParameterType.PARAMETER_INTEGER, '9999999999999999999'),
     (ParameterType.PARAMETER_DOUBLE, '{'), (ParameterType.PARAMETER_STRING_ARRAY, '[1]'),
     (ParameterType.PARAMETER_DOUBLE_ARRAY, '1.0')])

@@ -38,7 +38,7 @@ def read_map(name: str, profile: str) -> Grid:
 
 def _read_text(name: str) -> str:
     if name in map_names():
-        return files('comply_ros').joinpath('maps', f'{name}.yaml').read_text()
+        return files('comply_ros').joinpath('maps', f'{name}.yaml').read_text(encoding='utf-8')
     try:
         return read_text(name)
     except PathError as error:
