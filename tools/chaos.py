@@ -20,6 +20,7 @@ from comply_ros.nodes.node_processes import NodeDied, NodeProcess
 from comply_ros.nodes.run_monitor import LessonFailed
 from comply_ros.numerics.rng import SEED_LIMIT
 from comply_ros.storage.mentor_cache import mentor_policy
+from comply_ros.terminal.command_line import CommandParser, real_number, whole_number
 from comply_ros.terminal.console import console
 from comply_ros.terminal.training_options import (
     check_options,
@@ -91,13 +92,14 @@ class NodeKiller:
 
 def main(argv: Sequence[str]) -> int:
     """Run the command; return the exit code."""
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         'chaos', description='Kill nodes at random moments while they learn, and compare what '
         'they have learned with an undisturbed training.')
     add = parser.add_argument
-    add('--kills', type=int, default=100, metavar='N', help='(default: %(default)s)')
-    add('--seed', type=int, default=0, metavar='K', help='of the moments (default: %(default)s)')
-    add('--seconds', type=float, default=float('inf'), metavar='T',
+    add('--kills', type=whole_number, default=100, metavar='N', help='(default: %(default)s)')
+    add('--seed', type=whole_number, default=0, metavar='K',
+        help='of the moments (default: %(default)s)')
+    add('--seconds', type=real_number, default=float('inf'), metavar='T',
         help='start no kill after this time (default: no limit)')
     add('--out', default='runs/chaos', metavar='DIR', help='(default: %(default)s)')
     given = parser.parse_args(argv[1:])

@@ -10,8 +10,9 @@ from rcl_interfaces.msg import Parameter, ParameterDescriptor, ParameterType, Pa
 from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters, SetParameters
 from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
-import yaml
 
+from comply_ros.numerics.number_text import read_integer, read_number
+from comply_ros.storage.user_files import load_yaml
 from tools.ros_graph import (
     call,
     command_parser,
@@ -47,6 +48,9 @@ KINDS = {
         'double array', 'double_array_value', 'Double values are', float, True),
     ParameterType.PARAMETER_STRING_ARRAY: Kind(
         'string array', 'string_array_value', 'String values are', str, True)}
+READERS: dict[type, Callable[[str], Any]] = {
+    bool: lambda text: {'true': True, 'false': False}[text.lower()], int: read_integer,
+    float: lambda text: float(read_number(text)), str: str}
 
 
 def main(argv: Sequence[str]) -> int:
@@ -127,11 +131,11 @@ def value_of(name: str, kind: int, text: str) -> ParameterValue:
     """
     wanted = KINDS.get(kind) or KINDS[ParameterType.PARAMETER_STRING]
     try:
-        value = text if wanted.type is str and not wanted.is_list else yaml.safe_load(text)
+        value = ([_element(each, wanted.type) for each in load_yaml(text).value]
+                 if wanted.is_list else READERS[wanted.type](text))
         value_message = ParameterValue(type=kind, check_fields=True)
-        setattr(value_message, wanted.field, [_element(each, wanted.type) for each in value]
-                if wanted.is_list and isinstance(value, list) else _element(value, wanted.type))
-    except (yaml.YAMLError, AssertionError, TypeError, ValueError, OverflowError):
+        setattr(value_message, wanted.field, value)
+    except (AssertionError, KeyError, TypeError, ValueError, OverflowError):
         article = 'an' if wanted.name[0] in 'aeiou' else 'a'
         raise GraphError(f'parameter {name} must be {article} {wanted.name}, '
                          f'got {text!r}') from None

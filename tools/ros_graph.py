@@ -13,6 +13,8 @@ import rclpy
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 
+from comply_ros.terminal.command_line import CommandParser, real_number
+
 Seen = TypeVar('Seen')
 NamesAndTypes = Iterable[tuple[str, Sequence[str]]]
 # A subcommand: name, function of the node and its options, help, and the arguments with the
@@ -32,12 +34,12 @@ class GraphError(ValueError):
 
 def command_parser(name: str, text: str, commands: Iterable[Command]) -> argparse.ArgumentParser:
     """`ArgumentParser` with subcommands."""
-    parser = argparse.ArgumentParser(name, description=text)
+    parser = CommandParser(name, description=text)
     subparsers = parser.add_subparsers(required=True, metavar='COMMAND')
     for word, run, meaning, arguments in commands:
         command = subparsers.add_parser(word, help=meaning, description=meaning)
         command.set_defaults(run=run)
-        command.add_argument('--timeout', type=float, default=5.0, metavar='SECONDS',
+        command.add_argument('--timeout', type=real_number, default=5.0, metavar='SECONDS',
                              help='how long to wait for the graph (default: %(default)s)')
         for argument, settings in arguments.items():
             command.add_argument(argument, **settings)

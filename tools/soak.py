@@ -21,6 +21,7 @@ from comply_ros.learner.learner_config import ConfigError
 from comply_ros.nodes.diagnostics import process_name, TOPIC
 from comply_ros.nodes.lesson import running
 from comply_ros.nodes.node_processes import NodeDied, NodeProcess
+from comply_ros.terminal.command_line import whole_number
 from comply_ros.terminal.console import console, progress_bar, show_columns
 from comply_ros.terminal.interrupts import check, interrupts, StopFlag
 from comply_ros.terminal.training_options import main_with, training_parser, TrainingOptions
@@ -111,8 +112,8 @@ def main(argv: Sequence[str]) -> int:
     parser = training_parser('soak', 'Let the three nodes learn for a long time, and check that '
                              'their memory does not grow. Without --out no files are left.')
     add = parser.add_argument
-    add('--steps', type=int, default=STEPS, metavar='N', help='(default: %(default)s)')
-    add('--after', type=int, default=AFTER, metavar='N',
+    add('--steps', type=whole_number, default=STEPS, metavar='N', help='(default: %(default)s)')
+    add('--after', type=whole_number, default=AFTER, metavar='N',
         help='number of first steps that do not count (default: %(default)s)')
     add('--stateless', action='store_false', dest='respawn',  # nodes of `--respawn` have a state
         help='run the nodes without a state_dir')

@@ -4,16 +4,29 @@
 from collections.abc import Iterator
 from pathlib import Path
 import re
-from typing import Any
 
-import yaml
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from ruamel.yaml import YAML
+from ruamel.yaml.error import MarkedYAMLError
 
 from comply_ros.bags.bag_message import BagError, BagMessage, TruncatedFile
 from comply_ros.bags.mcap_file import read_mcap
 from comply_ros.bags.sqlite_file import read_sqlite
+from comply_ros.storage.file_system import path_errors, PathError
+from comply_ros.storage.user_files import shown
 
 READERS = {'.mcap': read_mcap, '.db3': read_sqlite}
 METADATA = 'metadata.yaml'
+TABLE = 'rosbag2_bagfile_information'
+
+
+class Metadata(BaseModel):
+    """What is used of the table in `metadata.yaml`, which differs from version to version."""
+
+    model_config = ConfigDict(strict=True)
+    compression_mode: str = ''
+    relative_file_paths: list[str] = []
+    message_count: int | None = Field(None, ge=0)
 
 
 class Bag:
@@ -35,12 +48,12 @@ class Bag:
         self.count, self.truncation = 0, None
         if not self.path.exists():
             raise BagError(f'there is no bag {str(path)!r}')
-        metadata = _metadata(self.path)
-        if metadata.get('compression_mode', '').lower() == 'message':
+        metadata = _metadata(self.path) if self.path.is_dir() else Metadata()
+        if metadata.compression_mode.lower() == 'message':
             raise BagError(f'bag {str(path)!r} must not be compressed message by message: '
                            'decompress it with ros2 bag convert')
-        self.files = _files(self.path, metadata)
-        self.expected_count = metadata.get('message_count') if self.path.is_dir() else None
+        self.files = _files(self.path, metadata.relative_file_paths)
+        self.expected_count = metadata.message_count
 
     def __iter__(self) -> Iterator[BagMessage]:
         """Yield every message; raises BagError for a file that does not belong to a bag."""
@@ -64,22 +77,43 @@ class Bag:
                 self.truncation = f'its {METADATA} announces {self.expected_count} messages'
 
 
-def _metadata(path: Path) -> dict[str, Any]:
-    """Return the metadata of a bag, empty without any: the recorder writes them at its end."""
+def _metadata(path: Path) -> Metadata:
+    """
+    Metadata of a bag, empty without a file of them: the recorder writes it at its end.
+
+    Raises
+    ------
+    BagError: for a file with anything else in it.
+
+    """
     try:
-        text = (path / METADATA).read_text()
-        return dict(yaml.safe_load(text)['rosbag2_bagfile_information'])
-    except (OSError, ValueError, KeyError, TypeError, yaml.YAMLError):
-        return {}
+        with path_errors():
+            text = (path / METADATA).read_text(encoding='utf-8-sig') if (
+                path / METADATA).exists() else f'{TABLE}: {{}}'
+        table = YAML(typ='safe', pure=True).load(text)[TABLE]
+        return Metadata.model_validate({
+            key: value for key, value in table.items() if value is not None})
+    except PathError as error:
+        reason = str(error)
+    except ValidationError as error:
+        wrong = error.errors()[0]
+        reason = f'got {shown(wrong["input"])} as {wrong["loc"][0]}'
+    except MarkedYAMLError as error:
+        reason = f'it is no YAML after line {error.problem_mark.line + 1}'
+    except Exception:  # noqa: BLE001 - an arbitrary text can raise anything
+        reason = f'it has no table {TABLE}'
+    raise BagError(f'the {METADATA} of a bag must be as rosbag2 writes it, and that of '
+                   f'{str(path)!r} is not ({reason}): without the file, all of its messages '
+                   'are read')
 
 
-def _files(path: Path, metadata: dict[str, Any]) -> list[Path]:
+def _files(path: Path, names: list[str]) -> list[Path]:
     if path.is_file():
         if path.suffix not in READERS:
             raise BagError('a bag must be a folder, or a file that ends in .mcap or .db3, '
                            f'got {str(path)!r}')
         return [path]
-    listed = [path / Path(str(name)).name for name in metadata.get('relative_file_paths') or ()]
+    listed = [path / Path(name.replace('\\', '/')).name for name in names]
     files = [file for file in listed if file.is_file() and file.suffix in READERS]
     if not files:
         files = sorted((file for file in path.iterdir() if file.suffix in READERS),

@@ -2,30 +2,31 @@
 """MCAP files, read record by record up to the last complete message, even without an end."""
 
 from collections.abc import Iterator
+from io import BytesIO
 import mmap
 from pathlib import Path
 from struct import error as StructError
-from struct import Struct, unpack_from
-import sys
-from zlib import crc32
 
 from lz4.frame import LZ4FrameDecompressor
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import EndOfFile
+from mcap.opcode import Opcode
+from mcap.records import Channel, Chunk, DataEnd, McapRecord, Message, Schema
+from mcap.stream_reader import (
+    breakup_chunk,
+    CRCValidationError,
+    get_chunk_data_stream,
+    StreamReader,
+)
+from zstandard import ZstdDecompressor, ZstdError
 
 from comply_ros.bags.bag_message import BagError, BagMessage, first_line, TruncatedFile
 
-if sys.version_info >= (3, 14):
-    from compression import zstd
-else:
-    from backports import zstd
-
 MAGIC = b'\x89MCAP0\r\n'
-RECORD_HEADER = Struct('<BQ')  # opcode, length
-SCHEMA, CHANNEL, MESSAGE, CHUNK, DATA_END = 0x03, 0x04, 0x05, 0x06, 0x0F
-MESSAGE_HEADER = Struct('<HIQQ')  # channel, sequence, log time, publish time
-CHUNK_HEADER = Struct('<QQQI')  # first time, last time, uncompressed size, CRC-32
-DECOMPRESSORS = {'zstd': zstd.ZstdDecompressor, 'lz4': LZ4FrameDecompressor}
-
-Buffer = mmap.mmap | bytes
+COMPRESSIONS = ('', 'zstd', 'lz4')
+ENDS = EndOfFile, StructError  # what the library raises where bytes are missing
+DAMAGES = (CRCValidationError, KeyError, MemoryError, OverflowError, RuntimeError,
+           UnicodeDecodeError, ZstdError)
 
 
 def read_mcap(path: Path) -> Iterator[BagMessage]:
@@ -39,68 +40,83 @@ def read_mcap(path: Path) -> Iterator[BagMessage]:
         if content[:len(MAGIC)] != MAGIC[:len(content)]:
             raise BagError('an MCAP file must begin with its magic bytes, '
                            f'got {content[:len(MAGIC)]!r}')
+        content.seek(len(MAGIC))
         yield from _messages(content)
 
 
-def _messages(content: Buffer) -> Iterator[BagMessage]:
-    schemas: dict[int, tuple] = {}
+def _messages(content: mmap.mmap) -> Iterator[BagMessage]:
+    schemas: dict[int, Schema] = {}
     channels: dict[int, tuple] = {}
-    offset = len(MAGIC)
     try:
-        for opcode, body, offset in _records(content, offset):
-            if opcode == DATA_END:
-                return
-            records = _records(_chunk(body), 0) if opcode == CHUNK else ((opcode, body, offset),)
-            for inner_opcode, inner_body, _ in records:
-                if inner_opcode == MESSAGE:
-                    channel, _, time, _ = MESSAGE_HEADER.unpack_from(inner_body)
-                    yield BagMessage(*channels[channel], time, inner_body[MESSAGE_HEADER.size:])
-                elif inner_opcode == SCHEMA:
-                    name, place = _text(inner_body, 2)
-                    encoding, place = _text(inner_body, place)
-                    text, _ = _text(inner_body, place)
-                    schemas[unpack_from('<H', inner_body)[0]] = name, (encoding, text)
-                elif inner_opcode == CHANNEL:
-                    channel, schema = unpack_from('<HH', inner_body)
-                    topic, _ = _text(inner_body, 4)
-                    channels[channel] = topic, *schemas.get(schema, ('', ('', '')))
-    except (StructError, KeyError, UnicodeDecodeError, zstd.ZstdError, RuntimeError) as error:
-        raise TruncatedFile(f'ends early or is damaged near byte {offset} '
+        for record in _records(content):
+            if isinstance(record, Message):
+                yield BagMessage(*channels[record.channel_id], record.log_time, record.data)
+            elif isinstance(record, Schema):
+                schemas[record.id] = record
+            elif isinstance(record, Channel):
+                schema = schemas.get(record.schema_id, Schema(b'', '', 0, ''))
+                channels[record.id] = (record.topic, schema.name,
+                                       (schema.encoding, schema.data.decode()))
+    except DAMAGES as error:
+        raise TruncatedFile(f'ends early or is damaged near byte {content.tell()} '
                             f'({first_line(error)})') from None
-    raise TruncatedFile(f'has no end after byte {offset}')
 
 
-def _records(content: Buffer, offset: int) -> Iterator[tuple[int, bytes, int]]:
-    """Yield opcode, body and end offset of each record; a last chunk as far as it is there."""
-    while offset + RECORD_HEADER.size <= len(content):
-        opcode, size = RECORD_HEADER.unpack_from(content, offset)
-        start = offset + RECORD_HEADER.size
-        offset = start + size
-        if offset <= len(content) or opcode == CHUNK:
-            yield opcode, content[start:offset], min(offset, len(content))
-        if offset > len(content):
-            break
-    if offset != len(content):
-        raise TruncatedFile(f'ends in the middle of a record, at byte {len(content)}')
+def _records(content: mmap.mmap) -> Iterator[McapRecord]:
+    """Yield the records before the end of the data, those in chunks too."""
+    reader = StreamReader(content, skip_magic=True, emit_chunks=True, record_size_limit=None)
+    end = content.tell()  # of the last complete record
+    try:
+        for record in reader.records:
+            if isinstance(record, DataEnd):
+                return
+            yield from _chunk_records(record) if isinstance(record, Chunk) else (record,)
+            end = content.tell()
+    except ENDS:  # of the file, or of a chunk that is damaged
+        yield from _cut_chunk_records(content[end:])
+    if end == len(content):
+        raise TruncatedFile(f'has no end after byte {end}')
+    raise TruncatedFile(f'ends in the middle of a record, at byte {len(content)}')
 
 
-def _chunk(body: bytes) -> bytes:
-    """Return the records of a chunk; of a truncated chunk, those that are there."""
-    *_, size, checksum = CHUNK_HEADER.unpack_from(body)
-    compression, offset = _text(body, CHUNK_HEADER.size)
-    compressed_size, = unpack_from('<Q', body, offset)
-    content = body[offset + 8:offset + 8 + compressed_size]
-    if compression:
-        if compression not in DECOMPRESSORS:
-            raise TruncatedFile(f'has a chunk with the unsupported compression {compression!r}')
-        content = DECOMPRESSORS[compression]().decompress(content)
-    if len(content) == size and checksum and crc32(content) != checksum:
-        raise TruncatedFile('has a chunk whose checksum is wrong')
-    return content
+def _chunk_records(chunk: Chunk) -> Iterator[McapRecord]:
+    """Yield the records in a complete chunk; of a damaged one, those before the damage."""
+    _check_compression(chunk)
+    try:
+        yield from breakup_chunk(chunk, validate_crc=True)
+    except (*ENDS, OverflowError):
+        yield from _complete_records(get_chunk_data_stream(chunk)[0].read(-1))
+        raise
 
 
-def _text(body: bytes, offset: int) -> tuple[str, int]:
-    """Return a text that is preceded by its length, and the offset of its end."""
-    size, = unpack_from('<I', body, offset)
-    end = offset + 4 + size
-    return bytes(body[offset + 4:end]).decode(), end
+def _cut_chunk_records(content: bytes) -> Iterator[McapRecord]:
+    """Yield the complete records in the last record of a file, if it is a chunk that was cut."""
+    stream = ReadDataStream(BytesIO(content))
+    try:
+        opcode, _ = stream.read1(), stream.read8()
+        if opcode != Opcode.CHUNK:
+            return
+        chunk = Chunk.read(stream)
+        _check_compression(chunk)
+        data = chunk.data
+        if chunk.compression:
+            decompressor = (ZstdDecompressor().decompressobj() if chunk.compression == 'zstd'
+                            else LZ4FrameDecompressor())
+            data = decompressor.decompress(data)
+        yield from _complete_records(data)
+    except ENDS:
+        return
+
+
+def _complete_records(data: bytes) -> Iterator[McapRecord]:
+    """Yield the records in the data of a chunk, until one is incomplete."""
+    try:
+        yield from StreamReader(BytesIO(data), skip_magic=True, record_size_limit=None).records
+    except (*ENDS, OverflowError):
+        return
+
+
+def _check_compression(chunk: Chunk) -> None:
+    if chunk.compression not in COMPRESSIONS:  # the library takes it for none
+        raise TruncatedFile('has a chunk with the unsupported compression '
+                            f'{chunk.compression!r}')

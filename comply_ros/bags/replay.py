@@ -13,6 +13,7 @@ from comply_ros.bags.message_decoder import DecodedMessages
 from comply_ros.bags.replay_check import ReplayCheck
 from comply_ros.learner.learner_config import ConfigError
 from comply_ros.storage.file_system import printable
+from comply_ros.terminal.command_line import CommandParser
 from comply_ros.terminal.console import progress_bar
 from comply_ros.terminal.training_options import guarded
 
@@ -28,7 +29,7 @@ def main(argv: list[str]) -> int:
 
 def bag_parser(program: str, description: str) -> argparse.ArgumentParser:
     """`ArgumentParser` of a command that reads a bag."""
-    parser = argparse.ArgumentParser(program, description=description)
+    parser = CommandParser(program, description=description)
     parser.add_argument('bag', metavar='BAG', help='folder of a bag, or its .mcap or .db3 file')
     parser.add_argument('--namespace', metavar='NAME',
                         help='of the nodes, if the bag has a world in more than one namespace')

@@ -22,6 +22,7 @@ from comply_ros.plots.grid_plot import write_picture
 from comply_ros.storage.map_files import read_map
 from comply_ros.storage.mentor_cache import read_mentor_spec
 from comply_ros.storage.run_files import OutputError, prepare_folder, write_json
+from comply_ros.terminal.command_line import CommandParser, whole_number
 from comply_ros.terminal.console import console, progress_bar
 from comply_ros.terminal.interrupts import check, interrupts, StopFlag
 from comply_ros.terminal.training_options import guarded, MISTAKES
@@ -35,11 +36,11 @@ class FigureError(ValueError):
 
 def main(argv: Sequence[str]) -> int:
     """Run the command; return the exit code."""
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         'reproduce', description='Regenerate the figures of the report, and compare them.')
     add = parser.add_argument
     add('--figures', nargs='+', metavar='NAME', help='such as 4.15 4.16 (default: all)')
-    add('--seeds', type=int, default=30, metavar='N', help='(default: %(default)s)')
+    add('--seeds', type=whole_number, default=30, metavar='N', help='(default: %(default)s)')
     add('--profile', default='published', metavar='NAME',
         help=f'{" or ".join(METHODS)} (default: %(default)s)')
     add('--mentors', metavar='DIR', help='a folder with mentor_1.txt (99.9 %%) and mentor_3.txt '

@@ -13,6 +13,7 @@ from comply_ros.experiments.executors import ClusterError, Executor
 from comply_ros.experiments.sweep_grid import Sweep
 from comply_ros.experiments.sweep_yaml import read_sweep, SweepFileError
 from comply_ros.learner.learner_config import ConfigError
+from comply_ros.terminal.command_line import CommandParser, whole_number
 from comply_ros.terminal.console import console, progress_bar
 from comply_ros.terminal.interrupts import interrupts, StopFlag
 from comply_ros.terminal.training_options import MISTAKES
@@ -22,13 +23,14 @@ ERRORS = (SweepFileError, TableError, *MISTAKES, ClusterError, OSError, Keyboard
 
 def main(argv: Sequence[str]) -> int:
     """Run the command; return the exit code."""
-    parser = argparse.ArgumentParser('sweep', description='Learn all combinations of methods, '
+    parser = CommandParser('sweep', description='Learn all combinations of methods, '
                                      'mentors, settings and seeds, into one table. Runs that the '
                                      'table has already are not repeated.')
     add = parser.add_argument
     add('file', metavar='FILE.yaml', help='what to combine; config/sweep.yaml is an example')
     add('--out', metavar='FILE.csv', help='(default: runs/FILE.csv)')
-    add('--workers', type=int, metavar='N', help='runs at once (default: as many as cores)')
+    add('--workers', type=whole_number, metavar='N',
+        help='runs at once (default: as many as cores)')
     add('--scheduler', metavar='ADDRESS', help='of a Dask cluster to run on, such as '
         'tcp://10.0.0.1:8786 (default: this machine)')
     options = parser.parse_args(argv[1:])

@@ -3,41 +3,119 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from itertools import product
 from math import prod
 from pathlib import Path
+from typing import Annotated, Any, NoReturn
 
-import yaml
-
-from comply_ros.experiments import training_runs
-from comply_ros.experiments.sweep_grid import Sweep
-from comply_ros.experiments.training_runs import config_of, Run
-from comply_ros.experiments.yaml_lines import (
-    compose,
-    fail,
-    line_of,
-    LinedValue,
-    read_table,
-    read_values,
-    SweepFileError,
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    create_model,
+    Field,
+    ValidationError,
+    ValidationInfo,
 )
-from comply_ros.learner.learner_config import ConfigError
+from pydantic_core import ErrorDetails, PydanticCustomError
+
+from comply_ros.experiments.sweep_grid import Sweep
+from comply_ros.experiments.training_runs import (
+    config_of,
+    reference_returns_of,
+    Run,
+    setting_value,
+)
+from comply_ros.learner.learner_config import CONFIG_FIELDS, ConfigError
 from comply_ros.mentor.advice_budget import validate_advice_budget
 from comply_ros.mentor.policy_text import parse_policy
 from comply_ros.numerics.rng import SEED_LIMIT
-from comply_ros.storage.bounded_yaml import read_text, shown
 from comply_ros.storage.file_system import PathError
 from comply_ros.storage.mentor_cache import read_mentor_spec
+from comply_ros.storage.user_files import LinedYaml, load_yaml, read_text, shown, YamlError
 from comply_ros.terminal.training_options import MISTAKES
 
-AXES = {  # key of the file: field of `Run` and type of its values; the last one varies fastest
-    'map': ('map', str), 'profile': ('profile', str), 'mentors': ('mentor', str),
-    'mentor_seeds': ('mentor_seed', int), 'budgets': ('budget', int),
-    'advising': ('advising', str), 'methods': ('method', str), 'settings': (None, str),
-    'seeds': ('seed', int)}
-REQUIRED = ('methods', 'mentors', 'seeds')
-COUNTS = ('seeds', 'mentor_seeds')  # a single number n stands for 0 to n - 1
+FIELDS = {  # key of the file: field of `Run`; the last one varies fastest
+    'map': 'map', 'profile': 'profile', 'mentors': 'mentor', 'mentor_seeds': 'mentor_seed',
+    'budgets': 'budget', 'advising': 'advising', 'methods': 'method', 'settings': None,
+    'seeds': 'seed'}
 MAX_RUNS = 1_000_000
+MAX_VALUE_LENGTH = 1000  # characters
+KEY_ERRORS = ('extra_forbidden', 'invalid_key', 'missing')  # of pydantic, first to last
+
+
+class SweepFileError(ValueError):
+    """An invalid sweep file; the message names the file, the line, the rule and the value."""
+
+
+def _as_list(value: Any) -> Any:
+    """Return a single value as a list of it."""
+    return value if isinstance(value, list) else [value]
+
+
+def _as_seeds(value: Any, info: ValidationInfo) -> Any:
+    """Return 0 to n - 1 for a single number n."""
+    if type(value) is not int:
+        return _as_list(value)
+    if not 1 <= value <= MAX_RUNS:
+        raise ValueError(f'the number of {info.field_name} must lie in [1, {MAX_RUNS}], '
+                         f'got {value}')
+    return list(range(value))
+
+
+def _without_repeats(values: list[Any], info: ValidationInfo) -> list[Any]:
+    """Return the values; fail at the first one that is there for the second time."""
+    seen = set()
+    for place, value in enumerate(values):
+        if value in seen:
+            raise PydanticCustomError('repeated', '{text}', {
+                'place': place, 'text': f'{info.field_name} must differ from each other, '
+                f'got {shown(value)} twice'})
+        seen.add(value)
+    return values
+
+
+def _setting(name: str, value: Any) -> Any:
+    """Return the value of a field of the methods, in its type."""
+    if isinstance(value, list | dict):
+        raise ValueError(f'each of {name} must be a single value, got {_kind(value)}')
+    return setting_value(name, value)
+
+
+def _values(item: Any, as_list: Any = _as_list) -> Any:
+    """Type of a key of the file: different values of a type, at least one."""
+    return Annotated[list[item], Field(min_length=1), BeforeValidator(as_list),
+                     AfterValidator(_without_repeats)]
+
+
+Word = Annotated[str, Field(max_length=MAX_VALUE_LENGTH)]
+Words = _values(Word)
+Seeds = _values(Annotated[int, Field(ge=0, le=SEED_LIMIT)], _as_seeds)
+Budgets = _values(Annotated[int, AfterValidator(
+    lambda budget: validate_advice_budget(budget, 'early') or budget)])
+Advising = _values(Annotated[Word, AfterValidator(
+    lambda advising: validate_advice_budget(0, advising) or advising)])
+RULES = ConfigDict(extra='forbid', strict=True)
+Settings = create_model('Settings', __config__=RULES, **{
+    name: (_values(Annotated[Any, AfterValidator(partial(_setting, name))]), None)
+    for name in CONFIG_FIELDS})
+
+
+class SweepFile(BaseModel):
+    """The keys of a sweep file, and the types of their values."""
+
+    model_config = RULES
+    map: Words = [Run().map]
+    profile: Words = [Run().profile]
+    mentors: Words
+    mentor_seeds: Seeds = [Run().mentor_seed]
+    budgets: Budgets = [Run().budget]
+    advising: Advising = [Run().advising]
+    methods: Words
+    settings: Settings = Settings()
+    seeds: Seeds
 
 
 def read_sweep(path: str | Path) -> Sweep:
@@ -57,130 +135,127 @@ def parse_sweep(text: str) -> Sweep:
 
     Every value is checked, but mentors are not generated.
     """
-    nodes = _nodes(text)
-    axes: dict[str, list[LinedValue]] = {}
-    for key, (field, kind) in AXES.items():
-        if field is None:
-            axes.update(_settings(nodes.get(key)))
-        elif key in nodes:
-            axes[field] = _axis(key, kind, nodes[key])
-        else:
-            axes[field] = [LinedValue(getattr(Run(), field), 1)]
+    try:
+        content = load_yaml(text)
+    except YamlError as error:
+        raise SweepFileError(f'line {error.line}: {error.about("a sweep")}') from None
+    if not isinstance(content.value, dict):
+        raise SweepFileError(f'line {content.line_of(())}: a sweep must be a table of '
+                             f'{", ".join(FIELDS)}, got {_kind(content.value)}')
+    try:
+        file = SweepFile.model_validate(content.value)
+    except ValidationError as error:
+        raise SweepFileError(_first_sentence(error.errors(), content)) from None
+    axes: dict[str, tuple] = {}
+    for key, field in FIELDS.items():
+        if field is not None:
+            axes[field] = tuple(getattr(file, key))
+        else:  # in the order of the file
+            axes |= {name: tuple(getattr(file.settings, name))
+                     for name in content.value.get(key) or ()}
     count = prod(map(len, axes.values()))
     if count > MAX_RUNS:
-        fail(axes['seed'][0].line, f'a sweep may have at most {MAX_RUNS} runs, got {count}')
-    _check_values(axes)
-    _check_methods(axes)
-    return Sweep({name: tuple(item.value for item in items) for name, items in axes.items()})
+        raise SweepFileError(f'line {content.line_of(("seeds",))}: a sweep may have at most '
+                             f'{MAX_RUNS} runs, got {count}')
+    _check_together(axes, content)
+    _check_methods(axes, content)
+    return Sweep(axes)
 
 
-def _nodes(text: str) -> dict[str, yaml.Node]:
-    """Return the YAML nodes of a file by their keys."""
-    root = compose(text)
-    table = read_table(root, f'a sweep must be a table of {", ".join(AXES)}')
-    for key, (line, _) in table.items():
-        if key not in AXES:
-            fail(line, f'a sweep has the keys {", ".join(AXES)}, got {shown(key)}')
-    for key in REQUIRED:
-        if key not in table:
-            fail(line_of(root), f'a sweep needs the key {key!r}')
-    return {key: node for key, (_, node) in table.items()}
+def _first_sentence(errors: list[ErrorDetails], content: LinedYaml) -> str:
+    """Return the sentence about the first error of a file: wrong and missing keys come first."""
+    ranked = []
+    for error in errors:
+        loc, kind = error['loc'], error['type']
+        place = (*loc, error['ctx']['place']) if kind == 'repeated' else loc
+        rank = KEY_ERRORS.index(kind) if kind in KEY_ERRORS and len(loc) == 1 else len(KEY_ERRORS)
+        ranked.append((rank, content.line_of(place), _sentence(error)))
+    _, line, sentence = min(ranked)
+    return f'line {line}: {sentence}'
 
 
-def _axis(key: str, kind: type, node: yaml.Node) -> list[LinedValue]:
-    """Return the values of a key, checked for their type and range."""
-    items = read_values(key, node)
-    for value, line in items:
-        if type(value) is not kind:
-            fail(line, f'{key} must be {"words" if kind is str else "whole numbers"}, '
-                 f'got {shown(value)}')
-    if key in COUNTS:
-        is_count = isinstance(node, yaml.ScalarNode)
-        low, high = (1, MAX_RUNS) if is_count else (0, SEED_LIMIT)
-        for value, line in items:
-            if not low <= value <= high:
-                fail(line, f'{"the number" if is_count else "each"} of {key} must lie in '
-                     f'[{low}, {high}], got {value}')
-        if is_count:
-            items = [LinedValue(k, items[0].line) for k in range(items[0].value)]
-    return _without_repeats(key, items)
+def _sentence(error: ErrorDetails) -> str:
+    """Return the rule that an error of pydantic stands for, with the value."""
+    value, loc = error['input'], error['loc']
+    key = loc[0]
+    match error['type']:
+        case 'extra_forbidden' | 'invalid_key' if key == 'settings' and len(loc) > 1:
+            return f'a method has no field {shown(loc[-1])}; it has {", ".join(CONFIG_FIELDS)}'
+        case 'extra_forbidden' | 'invalid_key':
+            return f'a sweep has the keys {", ".join(FIELDS)}, got {shown(key)}'
+        case 'missing':
+            return f'a sweep needs the key {key!r}'
+        case 'model_type':
+            return f'settings must be a table of fields of the methods, got {_kind(value)}'
+        case 'too_short':
+            return f'{loc[-1]} must have a value, got an empty list'
+        case 'string_type' | 'int_type' if isinstance(value, list | dict):
+            return f'each of {key} must be a single value, got {_kind(value)}'
+        case 'string_type':
+            return f'{key} must be words, got {shown(value)}'
+        case 'int_type':
+            return f'{key} must be whole numbers, got {shown(value)}'
+        case 'string_too_long':
+            return f'{key} may have at most {MAX_VALUE_LENGTH} characters, got {shown(value)}'
+        case 'greater_than_equal' | 'less_than_equal':
+            return f'each of {key} must lie in [0, {SEED_LIMIT}], got {value}'
+        case 'value_error':
+            return str(error['ctx']['error'])
+    return error['msg']
 
 
-def _settings(node: yaml.Node | None) -> dict[str, list[LinedValue]]:
-    """Return the values of the settings by field, in the fields' types."""
-    if node is None:
-        return {}
-    settings = {}
-    table = read_table(node, 'settings must be a table of fields of the methods')
-    for name, (_, values) in table.items():
-        items = []
-        for value, line in read_values(name, values):
-            with _at_line(line):
-                items.append(LinedValue(training_runs.setting_value(name, value), line))
-        settings[name] = _without_repeats(name, items)
-    return settings
-
-
-def _without_repeats(key: str, items: list[LinedValue]) -> list[LinedValue]:
-    """Return the items; fail if a value is there twice."""
-    seen = set()
-    for value, line in items:
-        if value in seen:
-            fail(line, f'{key} must differ from each other, got {shown(value)} twice')
-        seen.add(value)
-    return items
+def _kind(value: Any) -> str:
+    """Return what a message calls a value."""
+    if value is None:
+        return 'nothing'
+    return {list: 'a list', dict: 'a table'}.get(type(value)) or shown(value)
 
 
 @contextmanager
-def _at_line(line: int) -> Iterator[None]:
-    """Name the line in the errors of a block."""
+def _at(content: LinedYaml, *place: Any) -> Iterator[None]:
+    """Name the line of a value in the errors of a block."""
     try:
         yield
     except MISTAKES as error:
-        fail(line, error)
+        raise SweepFileError(f'line {content.line_of(place)}: {error}') from None
 
 
-def _check_values(axes: dict[str, list[LinedValue]]) -> None:
-    """Check profiles and maps, policy files against the maps, budgets and advising modes."""
-    for profile, line in axes['profile']:
-        with _at_line(line):
+def _check_together(axes: dict[str, tuple], content: LinedYaml) -> None:
+    """Check values that need each other: maps and profiles, and policy files for the maps."""
+    for k, profile in enumerate(axes['profile']):
+        with _at(content, 'profile', k):
             config_of(Run(profile=profile))
     worlds = []
-    for name, line in axes['map']:
-        with _at_line(line):
-            worlds += [training_runs.reference_returns_of(Run(map=name, profile=profile)).world
-                       for profile, _ in axes['profile']]
-    for mentor, line in axes['mentor']:
-        with _at_line(line):
+    for k, name in enumerate(axes['map']):
+        with _at(content, 'map', k):
+            worlds += [reference_returns_of(Run(map=name, profile=profile)).world
+                       for profile in axes['profile']]
+    for k, mentor in enumerate(axes['mentor']):
+        with _at(content, 'mentors', k):
             spec = read_mentor_spec(mentor)
             for world in worlds if spec.kind == 'file' else ():
                 parse_policy(spec.value, world)
-    for budget, line in axes['budget']:
-        with _at_line(line):
-            validate_advice_budget(budget, 'early')
-    for advising, line in axes['advising']:
-        with _at_line(line):
-            validate_advice_budget(0, advising)
 
 
-def _check_methods(axes: dict[str, list[LinedValue]]) -> None:
+def _check_methods(axes: dict[str, tuple], content: LinedYaml) -> None:
     """Check each method in each profile with each combination of the settings."""
     names = [name for name in axes if name not in Run._fields]
-    for (profile, _), (method, line) in product(axes['profile'], axes['method']):
+    for profile, (k, method) in product(axes['profile'], enumerate(axes['method'])):
         run = Run(profile=profile, method=method)
-        with _at_line(line):
+        with _at(content, 'methods', k):
             config_of(run)
-        for items in product(*(axes[name] for name in names)):
-            settings = tuple(zip(names, (value for value, _ in items)))
+        for items in product(*(enumerate(axes[name]) for name in names)):
+            settings = tuple(zip(names, (value for _, value in items)))
             try:
                 config_of(run._replace(settings=settings))
-            except ConfigError as error:
-                fail(next(item.line for end, item in enumerate(items, 1)
-                          if not _is_valid(run._replace(settings=settings[:end]))), error)
+            except ConfigError:
+                _fail_at_the_setting(run, settings, [place for place, _ in items], content)
 
 
-def _is_valid(run: Run) -> bool:
-    try:
-        return bool(config_of(run))
-    except ConfigError:
-        return False
+def _fail_at_the_setting(run: Run, settings: tuple, places: list[int],
+                         content: LinedYaml) -> NoReturn:
+    """Raise the error of settings that do not fit each other, at the first one that is wrong."""
+    for end, (name, _) in enumerate(settings, 1):
+        with _at(content, 'settings', name, places[end - 1]):
+            config_of(run._replace(settings=settings[:end]))
+    raise AssertionError('settings that were wrong are not')

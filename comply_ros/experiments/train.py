@@ -14,6 +14,7 @@ from comply_ros.learner.training import IterationResult, Training
 from comply_ros.mentor.advice_budget import AdviceBudget
 from comply_ros.storage.mentor_cache import is_slow, mentor_policy
 from comply_ros.storage.run_files import save_learning
+from comply_ros.terminal.command_line import whole_number
 from comply_ros.terminal.console import iteration_status, progress_bar
 from comply_ros.terminal.interrupts import check, interrupts, StopFlag
 from comply_ros.terminal.run_report import plot_process, report_training
@@ -25,7 +26,7 @@ from comply_ros.world.planning import ReferenceReturns
 def main(argv: Sequence[str]) -> int:
     """Run the command; return the exit code."""
     parser = training_parser('train', 'Learn in one process: the same bits as the nodes, faster.')
-    parser.add_argument('--seeds', type=int, default=1, metavar='N',
+    parser.add_argument('--seeds', type=whole_number, default=1, metavar='N',
                         help='repeat with the seeds K to K+N-1, in parallel (default: 1)')
     return main_with(parser, run, argv)
 

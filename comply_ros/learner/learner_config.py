@@ -4,8 +4,11 @@
 from __future__ import annotations
 
 from collections import namedtuple
+from collections.abc import Callable
 from dataclasses import dataclass, Field, field, fields, replace
 from typing import Any
+
+from comply_ros.numerics.number_text import read_integer, read_number
 
 TRUSTS = ('none', 'scheduled', 'beta', 'explicit', 'shaping', 'jump_start', 'head_start')
 NO_TRUST, SCHEDULED, BETA, EXPLICIT, SHAPING, JUMP_START, HEAD_START = range(len(TRUSTS))
@@ -140,6 +143,9 @@ class LearnerConfig:
 CONFIG_FIELDS = {each.name: each for each in fields(LearnerConfig)}
 KernelConfig: Any = namedtuple('KernelConfig', CONFIG_FIELDS)
 TYPES = {'bool': bool, 'int': int, 'float': float, 'str': str}  # as the fields are annotated
+PARSERS: dict[type, Callable[[str], Any]] = {
+    bool: lambda text: {'true': True, 'false': False}[text.lower()], int: read_integer,
+    float: lambda text: float(read_number(text)), str: str}
 KINDS: dict[type, str] = {
     bool: 'true or false', int: 'a whole number', float: 'a number such as 1.0', str: 'text'}
 
@@ -173,7 +179,7 @@ def with_text(config: LearnerConfig, name: str, text: str) -> LearnerConfig:
         raise ConfigError(f'a method has no field {name!r}; it has {", ".join(CONFIG_FIELDS)}')
     kind = field_type(name)
     try:
-        value = {'true': True, 'false': False}[text.lower()] if kind is bool else kind(text)
+        value = PARSERS[kind](text)
     except (KeyError, ValueError):
         raise ConfigError(f'{name} must be {KINDS[kind]}, got {text!r}') from None
     return replace(config, **{name: value})

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from comply_ros.mentor.advice_budget import MentorError
+from comply_ros.numerics.number_text import NUMBER, NumberError, read_number
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import action_values, greedy, optimal_policy, optimal_values
@@ -45,7 +46,7 @@ def parse_mentor_spec(text: str) -> MentorSpec:
 
     """
     written, at, coverage = text.rpartition('@')
-    if not at or written.startswith('file:') and not _is_number(coverage):
+    if not at or written.startswith('file:') and not NUMBER.fullmatch(coverage):
         return _parse_kind(text)
     share = _parse_share('the coverage of MENTOR@COVERAGE', coverage)
     return _parse_kind(written)._replace(coverage=share)
@@ -64,19 +65,14 @@ def _parse_kind(text: str) -> MentorSpec:
     return MentorSpec(kind, value or None)
 
 
-def _is_number(text: str) -> bool:
-    try:
-        return float(text) is not None
-    except ValueError:
-        return False
-
-
 def _parse_share(name: str, text: str) -> float:
-    if not _is_number(text):
-        raise MentorError(f'{name} must be a number, got {text!r}')
-    if not 0 <= float(text) <= 1:
+    try:
+        share = float(read_number(text))
+    except NumberError:
+        raise MentorError(f'{name} must be a number, got {text!r}') from None
+    if not 0 <= share <= 1:
         raise MentorError(f'{name} must lie in [0, 1], got {text!r}')
-    return float(text)
+    return share
 
 
 def sparse_policy(policy: Policy, world: World, coverage: float, seed: int) -> Policy:

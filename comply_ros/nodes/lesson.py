@@ -28,6 +28,7 @@ from comply_ros.nodes.parameters import FASTEST, SLOWEST
 from comply_ros.nodes.run_monitor import LessonFailed, RunMonitor
 from comply_ros.nodes.spin import POLL_PERIOD
 from comply_ros.nodes.topics import ANOTHER
+from comply_ros.terminal.command_line import real_number
 from comply_ros.terminal.interrupts import check, interrupts, StopFlag
 from comply_ros.terminal.training_options import main_with, training_parser, TrainingOptions
 from comply_ros.world.mdp import World
@@ -49,7 +50,7 @@ def lesson_parser() -> argparse.ArgumentParser:
     parser = training_parser('lesson', 'Teach a learner over topics, in three processes.')
     parser.add_argument('--namespace', default='', metavar='NAME',
                         help='of the three nodes, for a second lesson at the same time')
-    parser.add_argument('--rate', type=float, default=0.0, metavar='HZ',
+    parser.add_argument('--rate', type=real_number, default=0.0, metavar='HZ',
                         help='steps per second, to watch; 0: as fast as possible (default)')
     parser.add_argument('--respawn', action='store_true',
                         help='start a node again that was killed: nothing is lost')

@@ -9,17 +9,28 @@ from rcl_interfaces.msg import (
     FloatingPointRange,
     IntegerRange,
     ParameterDescriptor,
+    ParameterType,
+    ParameterValue,
     SetParametersResult,
 )
+from rcl_interfaces.msg import (
+    Parameter as ParameterMessage,
+)
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically
-from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
+from rclpy.exceptions import (
+    InvalidParameterTypeException,
+    InvalidParameterValueException,
+    ParameterUninitializedException,
+)
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
+from rclpy.parameter import parameter_value_to_python
 from rclpy.service import Service
 
 from comply_ros.learner.learner_config import CONFIG_FIELDS, LearnerConfig
 from comply_ros.learner.presets import METHODS
 from comply_ros.mentor.advice_budget import ADVISING_MODES, UNLIMITED
+from comply_ros.numerics.number_text import NUMBER
 from comply_ros.numerics.rng import SEED_LIMIT
 from comply_ros.protocol.channel_faults import Faults
 
@@ -139,10 +150,11 @@ class SafeParameterNode(Node):
     def __init__(self, name: str, **kwargs: Any) -> None:
         try:
             super().__init__(name, **kwargs)
-        except InvalidParameterTypeException as error:
-            wrong = next(each for each in ROS_PARAMETERS
-                         if type(self._override(each)) not in (bool, type(None)))
-            raise ParameterError(_type_rule(wrong, self._override(wrong))) from error
+        except (InvalidParameterTypeException, ParameterUninitializedException) as error:
+            given = ((each, self._override(each)) for each in ROS_PARAMETERS
+                     if each.name in self._parameter_overrides)
+            wrong, value = next(each for each in given if type(each[1]) is not bool)
+            raise ParameterError(_type_rule(wrong.name, bool, value)) from error
         for name in self._parameter_overrides:
             prefix, dot, _ = name.partition('.')  # rcl has names with dots, as of QoS overrides
             if name not in KNOWN_NAMES and (not dot or prefix in KNOWN_NAMES):
@@ -151,20 +163,27 @@ class SafeParameterNode(Node):
     def declare(self, parameter: Parameter) -> Any:
         """Declare a parameter and return its value; raises ParameterError if it is invalid."""
         try:
-            value = self.declare_parameter(
-                parameter.name, parameter.default, descriptor(parameter)).value
+            value = self._declare(parameter).value
         except InvalidParameterTypeException:
-            raise ParameterError(_type_rule(parameter, self._override(parameter))) from None
+            raise ParameterError(self._type_rule(parameter)) from None
         except InvalidParameterValueException:
             raise ParameterError(
                 f'parameter {parameter.name} must lie in {list(parameter.range or ())}, '
                 f'got {self._override(parameter)!r}') from None
-        if value is None:  # rclpy takes the empty list of a file for no value, and no default
-            raise ParameterError(_type_rule(parameter, []))
+        if value is None:
+            raise ParameterError(self._type_rule(parameter))
         if parameter.choices and value not in parameter.choices:
             raise ParameterError(f'parameter {parameter.name} must be one of '
                                  f'{", ".join(parameter.choices)}, got {value!r}')
         return value
+
+    def _declare(self, parameter: Parameter) -> RosParameter:
+        """Declare a parameter in rclpy; one that is a double may be given as an integer."""
+        given = self._override(parameter)
+        if type(parameter.default) is float and type(given) is int:
+            return self.declare_parameter(parameter.name, float(given), descriptor(parameter),
+                                          ignore_override=True)
+        return self.declare_parameter(parameter.name, parameter.default, descriptor(parameter))
 
     def on_parameters_set(self, apply: Callable[[dict[str, Any]], None],
                           validate: Callable[[dict[str, Any]], None] = lambda values: None,
@@ -186,28 +205,55 @@ class SafeParameterNode(Node):
 
     def create_service(self, srv_type: Any, srv_name: str, callback: Callable[..., Any],
                        **settings: Any) -> Service:
-        """Create a service; those that set parameters reject types that would end rclpy."""
-        def reply(request: Any, response: Any) -> Any:
-            unknown = [each.value.type for each in request.parameters
-                       if each.value.type not in PARAMETER_TYPES]
-            if not unknown:
-                return callback(request, response)
-            rejection = SetParametersResult(
-                successful=False, reason='the type of a parameter must be one of '
-                f'{min(PARAMETER_TYPES)} to {max(PARAMETER_TYPES)}, got {unknown[0]}')
-            if srv_type is SetParameters:
-                response.results = [rejection] * len(request.parameters)
-            else:
-                response.result = rejection
+        """Create a service; those that set parameters check types before rclpy does."""
+        def set_one_by_one(request: Any, response: Any) -> Any:
+            rejected = {k: reason for k, each in enumerate(request.parameters)
+                        if (reason := self._correct_type(each))}
+            request.parameters = [each for k, each in enumerate(request.parameters)
+                                  if k not in rejected]
+            response.results = callback(request, response).results
+            for k, reason in rejected.items():
+                response.results.insert(k, SetParametersResult(successful=False, reason=reason))
             return response
-        sets_parameters = srv_type in (SetParameters, SetParametersAtomically)
+
+        def set_together(request: Any, response: Any) -> Any:
+            reasons = [self._correct_type(each) for each in request.parameters]
+            if not any(reasons):
+                return callback(request, response)
+            response.result = SetParametersResult(
+                successful=False, reason=next(filter(None, reasons)))
+            return response
+        setter = {SetParameters: set_one_by_one, SetParametersAtomically: set_together}
         return super().create_service(
-            srv_type, srv_name, reply if sets_parameters else callback, **settings)
+            srv_type, srv_name, setter.get(srv_type, callback), **settings)
+
+    def _correct_type(self, given: ParameterMessage) -> str:
+        """Make an integer a double where one is wanted; return what is wrong with the type."""
+        if given.value.type not in PARAMETER_TYPES:  # it would end rclpy
+            return (f'the type of a parameter must be one of {min(PARAMETER_TYPES)} to '
+                    f'{max(PARAMETER_TYPES)}, got {given.value.type}')
+        if given.value.type == RosParameter.Type.NOT_SET.value or not self.has_parameter(
+                given.name):
+            return ''
+        declared = self.get_parameter(given.name)
+        value = parameter_value_to_python(given.value)
+        if declared.type_ is RosParameter.Type.DOUBLE and type(value) is int:
+            given.value = ParameterValue(
+                type=ParameterType.PARAMETER_DOUBLE, double_value=float(value))
+        elif given.value.type != declared.type_.value:
+            return _type_rule(declared.name, type(declared.value), value)
+        return ''
+
+    def _type_rule(self, parameter: Parameter) -> str:
+        """Sentence about a parameter that was given a value of another type."""
+        return _type_rule(parameter.name, type(parameter.default), self._override(parameter))
 
     def _override(self, parameter: Parameter) -> Any:
         """Value that was given on the command line or in a file, None where none was."""
         given = self._parameter_overrides.get(parameter.name)
-        return None if given is None else given.value
+        if given is None:
+            return None
+        return [] if given.value is None else given.value  # rclpy takes [] for no value
 
 
 def descriptor(parameter: Parameter) -> ParameterDescriptor:
@@ -225,8 +271,15 @@ def descriptor(parameter: Parameter) -> ParameterDescriptor:
     return result
 
 
-def _type_rule(parameter: Parameter, value: Any) -> str:
-    kind = {bool: 'true or false', int: 'an integer such as 1', str: 'a string',
-            float: 'a double such as 1.0 (with a point)',
-            list: 'a list of strings such as [state, action]'}[type(parameter.default)]
-    return f'parameter {parameter.name} must be {kind}, got {value!r}'
+def _type_rule(name: str, wanted: type, value: Any) -> str:
+    """Sentence about a value of another type than wanted, with how to write it."""
+    rule = {bool: 'true or false', int: 'an integer such as 1', float: 'a double such as 1.0',
+            str: 'a string', list: 'a list of strings such as [state, action]'}[wanted]
+    if wanted is str and isinstance(value, bool | int | float):
+        rule += ' (in quotes, as it looks like something else)'
+    elif wanted is not str and isinstance(value, str) and (
+            NUMBER.fullmatch(value) or value in ('true', 'false')):
+        rule += ' (without quotes)'
+    elif wanted is int and isinstance(value, float) and value.is_integer():
+        rule += ' (without a point)'
+    return f'parameter {name} must be {rule}, got {value!r}'

@@ -20,21 +20,19 @@ from comply_ros.protocol.messages import Notice, Rejected, Trust
 from comply_ros.storage.mentor_cache import read_mentor_spec
 from comply_ros.storage.state_store import StateError
 from comply_ros.terminal.ansi_map import map_lines
-from comply_ros.terminal.raw_terminal import Terminal, TerminalError
+from comply_ros.terminal.raw_terminal import Terminal, TerminalError, wrapped, wrapped_items
 from comply_ros.world.grid import NO_ACTION, STEPS
 
 DIRECTIONS = ('left', 'right', 'down', 'up')  # by action; also the names of the arrow keys
 ACTIONS = {**dict(zip(DIRECTIONS, range(4))), **dict(zip('adsw', range(4))), ' ': NO_ACTION}
-STEERING_HELP = """\
-You are the mentor of the robot (@). Mode: steering
-  arrows, w a s d  where to go   space  no advice   tab  paint instead
-  o  save the policy   x  randomize a tenth of it   q  quit
-The robot waits for you in every step if the learner's remembers_advice is
-false, otherwise only in states for which you have given no advice yet."""
-PAINTING_HELP = """\
-You are the mentor of the robot (@). Mode: painting
-  arrows  move the cursor   w a s d  paint   space  erase   tab  steer instead
-  o  save the policy   x  randomize a tenth of it   q  quit"""
+TITLE = 'You are the mentor of the robot (@). Mode: '
+COMMON_KEYS = ('o  save the policy', 'x  randomize a tenth of it', 'q  quit')
+STEERING_KEYS = ('arrows, w a s d  where to go', 'space  no advice', 'tab  paint instead',
+                 *COMMON_KEYS)
+PAINTING_KEYS = ('arrows  move the cursor', 'w a s d  paint', 'space  erase',
+                 'tab  steer instead', *COMMON_KEYS)
+STEERING_NOTE = ("The robot waits for you in every step if the learner's remembers_advice is "
+                 'false, otherwise only in states for which you have given no advice yet.')
 
 
 class TeleopMentorNode(HumanMentorNode):
@@ -71,14 +69,17 @@ class TeleopMentorNode(HumanMentorNode):
 
     def page(self, columns: int, rows: int) -> list[str]:
         """Return the lines of the page, for a terminal of this size."""
-        help_text = STEERING_HELP if self.steering else PAINTING_HELP
-        head = [*help_text.splitlines(), '', *self._status_lines(), '']
-        head = [line[:columns] for line in head][:max(0, rows - 3)]
+        texts = [STEERING_NOTE] if self.steering else []
+        head = [*wrapped(TITLE + ('steering' if self.steering else 'painting'), columns),
+                *wrapped_items(STEERING_KEYS if self.steering else PAINTING_KEYS, columns),
+                *(line for text in (*texts, '', *self._status_lines(), '')
+                  for line in wrapped(text, columns))][:max(0, rows - 3)]
         if self.policy is None:
             return head
         robot, cursor = self.machine.robot, None if self.steering else self._cursor_state()
         return head + map_lines(self._known()[1].grid, self.policy, self._confidence(),
-                                robot and robot.state, cursor, columns, rows - len(head))
+                                robot and robot.state, cursor, columns, rows - len(head),
+                                self._terminal.has_color)
 
     def _do(self, key: str) -> str:
         """Do what a key stands for, and return the remark about it."""

@@ -5,11 +5,9 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from comply_ros.learner.presets import METHODS
-from comply_ros.storage.bounded_yaml import BoundedLoader, BoundError, read_text, shown
 from comply_ros.storage.file_system import PathError
+from comply_ros.storage.user_files import load_yaml, read_text, shown, YamlError
 from comply_ros.world.grid import FREE, Grid, MapError, OBSTACLE
 
 REQUIRED_KEYS = ('intended', 'step_limit', 'rewards', 'starts', 'rows')
@@ -40,7 +38,7 @@ def read_map(name: str, profile: str) -> Grid:
 
 def _read_text(name: str) -> str:
     if name in map_names():
-        return files('comply_ros').joinpath('maps', f'{name}.yaml').read_text()
+        return files('comply_ros').joinpath('maps', f'{name}.yaml').read_text(encoding='utf-8')
     try:
         return read_text(name)
     except PathError as error:
@@ -82,13 +80,9 @@ def parse_map(text: str, profile: str) -> Grid:
 def _parse_table(text: str) -> dict[Any, Any]:
     """Return the table in a YAML text; keys that it lacks are those of the map that it extends."""
     try:
-        table = yaml.load(text, BoundedLoader)
-    except BoundError as error:
-        raise MapError(f'{error.problem} in line {error.line}') from None
-    except (yaml.YAMLError, ArithmeticError, ValueError, RecursionError) as error:
-        mark = getattr(error, 'problem_mark', None)
-        where = f' in line {mark.line + 1}' if mark else ''
-        raise MapError(f'a map must be valid YAML, got something else{where}') from None
+        table = load_yaml(text).value
+    except YamlError as error:
+        raise MapError(f'{error.about("a map")} in line {error.line}') from None
     if not isinstance(table, dict):
         raise MapError(f'a map must be a table of {", ".join(REQUIRED_KEYS)}, '
                        f'got {type(table).__name__}')

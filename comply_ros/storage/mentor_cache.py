@@ -17,9 +17,9 @@ from comply_ros.mentor.mentor_policies import (
 )
 from comply_ros.mentor.policy import PolicyError
 from comply_ros.mentor.policy_text import format_policy, parse_policy
-from comply_ros.storage.bounded_yaml import read_text
 from comply_ros.storage.file_system import atomic_write, PathError
 from comply_ros.storage.kernel_cache import cache_folder
+from comply_ros.storage.user_files import read_text
 from comply_ros.storage.versions import ALGORITHM_VERSION, FORMAT_VERSION
 from comply_ros.world.mdp import World
 

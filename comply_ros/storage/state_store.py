@@ -10,7 +10,6 @@ from threading import Event, Lock, Thread
 import time
 from typing import Any
 
-from comply_ros.storage.bounded_yaml import shown
 from comply_ros.storage.checkpoint import (
     CheckpointError,
     pack_checkpoint,
@@ -31,6 +30,7 @@ from comply_ros.storage.file_system import (
 )
 from comply_ros.storage.journal import DamagedError, JournalCodec
 from comply_ros.storage.name_lock import NameLock, NameTakenError
+from comply_ros.storage.user_files import shown
 from comply_ros.storage.versions import FORMAT_VERSION
 
 RECORDS_PER_CHECKPOINT = 50_000  # after so many, a new checkpoint takes the place of the journal

@@ -13,12 +13,14 @@ RESET, BOLD, DIM, REVERSE = '\x1b[0m', '\x1b[1m', '\x1b[2m', '\x1b[7m'
 
 
 def map_lines(grid: Grid, policy: NDArray[np.int8], confidence: Sequence[float] | None,
-              robot: int | None, cursor: int | None, columns: int, rows: int) -> list[str]:
+              robot: int | None, cursor: int | None, columns: int, rows: int,
+              has_color: bool = True) -> list[str]:
     """
     Lines of a map, top row first; of a large map, the part around the cursor or the robot.
 
     policy: `advice[s]`, -1 for none. confidence: `p[s]`, None if it is not known.
-    robot, cursor: states, None where there is none. columns, rows: of the terminal.
+    robot, cursor: states, None where there is none. columns, rows: of the terminal, which has
+        colors or not.
     """
     focus = cursor if cursor is not None else robot if robot is not None else 0
     x, y = grid.place(focus)
@@ -29,7 +31,7 @@ def map_lines(grid: Grid, policy: NDArray[np.int8], confidence: Sequence[float] 
         cell, action, style = grid.cells[state], int(policy[state]), ''
         if action != NO_ACTION:
             cell = ARROWS[action]
-            if confidence is not None:
+            if confidence is not None and has_color:
                 style = f'\x1b[38;5;{xterm_trust_color(confidence[state])}m'
         elif cell == FREE:
             style = DIM

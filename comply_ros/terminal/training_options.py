@@ -17,6 +17,7 @@ from comply_ros.numerics.rng import SEED_LIMIT
 from comply_ros.storage.map_files import map_names, read_map
 from comply_ros.storage.mentor_cache import read_mentor_spec
 from comply_ros.storage.run_files import OutputError, prepare_folder
+from comply_ros.terminal.command_line import CommandParser, whole_number
 from comply_ros.world.grid import Grid, MapError
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import PlanningError
@@ -58,7 +59,7 @@ class TrainingOptions:
 
 def training_parser(program: str, description: str) -> argparse.ArgumentParser:
     """Return a parser of the options that `train` and `lesson` share."""
-    parser = argparse.ArgumentParser(program, description=description)
+    parser = CommandParser(program, description=description)
     add = parser.add_argument
     add('--map', default='maze', metavar='NAME|FILE',
         help=f'{", ".join(map_names())}, or a map file (default: %(default)s)')
@@ -67,9 +68,9 @@ def training_parser(program: str, description: str) -> argparse.ArgumentParser:
     add('--mentor', default='snapshot:0.75', metavar='SPEC',
         help='optimal, random, adversarial, noisy:P, snapshot:Q, file:PATH or none; with @C '
         'behind it, in a share C of the states only (default: %(default)s)')
-    add('--mentor-seed', type=int, default=0, metavar='K',
+    add('--mentor-seed', type=whole_number, default=0, metavar='K',
         help='which one of the mentors of this kind (default: %(default)s)')
-    add('--budget', type=int, default=UNLIMITED, metavar='N',
+    add('--budget', type=whole_number, default=UNLIMITED, metavar='N',
         help='recommendations that the mentor may give; 0: no limit (default)')
     add('--advising', default='early', metavar='WHEN',
         help='when a mentor with a budget gives advice: early (in the first states), important '
@@ -80,7 +81,7 @@ def training_parser(program: str, description: str) -> argparse.ArgumentParser:
         'text) (default: %(default)s)')
     add('--iterations', metavar='N', help='(default: that of the method, mostly 400)')
     add('--episodes', metavar='N', help='per iteration (default: that of the method, mostly 15)')
-    add('--seed', type=int, default=0, metavar='K', help='(default: %(default)s)')
+    add('--seed', type=whole_number, default=0, metavar='K', help='(default: %(default)s)')
     add('--set', action='append', default=[], metavar='FIELD=VALUE', dest='changes',
         help='change one field of the method; may be repeated')
     add('--out', metavar='DIR', help='(default: runs/MAP-METHOD-MENTOR-SEED)')

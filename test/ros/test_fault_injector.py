@@ -207,7 +207,7 @@ def test_types_that_cannot_be_relayed_are_named(kinds, rule):
     ('drop:=1.5', 'drop must lie in [0, 1], got 1.5'),
     ('drop:=.nan', 'drop must lie in [0, 1], got nan'),
     ('longest_delay:=.nan', 'longest_delay must lie in [0, 60], got nan'),
-    ('reorder:=1', 'reorder must be a double such as 1.0 (with a point), got 1'),
+    ('reorder:=yes', 'reorder must be a double such as 1.0, got True'),
     ('seed:=-1', 'seed must lie in [0, 9007199254740992], got -1'),
     ('depth:=0', 'depth must lie in [1, 100000], got 0'),
     ('topics:=out', "topics must be a list of strings such as [state, action], got 'out'"),

@@ -65,6 +65,7 @@ def start(make_node, path):
 @given(make_node=st.sampled_from(list(GIVEN)), number=st.integers(0, 5), value=values)
 @example(make_node=GridWorldNode, number=2, value='[]')
 @example(make_node=GridWorldNode, number=4, value='5')
+@example(make_node=GridWorldNode, number=4, value='[]')
 @example(make_node=GridWorldNode, number=4, value='"\\x1b[2J"')
 @example(make_node=GridWorldNode, number=2, value='"a\\nb"')
 def test_a_node_has_the_value_of_its_file_or_tells_why_not(path, make_node, number, value):

@@ -115,8 +115,8 @@ def call(node, kind, name, **request):
 
 
 @pytest.mark.parametrize('name, argument, message', [
-    ('learner', 'temperature:=1', 'learner: parameter temperature must be a double such as 1.0 '
-     '(with a point), got 1'),
+    ('learner', 'temperature:=warm',
+     "learner: parameter temperature must be a double such as 1.0, got 'warm'"),
     ('learner', 'temperature:=-1.0',
      'learner: parameter temperature must lie in [1e-09, 1000000], got -1.0'),
     ('learner', 'episodes:=1.5', 'learner: parameter episodes must be an integer such as 1, '

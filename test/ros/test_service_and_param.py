@@ -41,6 +41,7 @@ def test_a_parameter_is_listed_described_set_and_read(running):
 
 @pytest.mark.parametrize('argv, error', [
     (('set', '/grid_world', 'rate', '5000'), 'setting parameter failed: Parameter rate out of'),
+    (('set', '/grid_world', 'rate', '-1e3'), 'setting parameter failed: Parameter rate out of'),
     (('set', '/grid_world', 'rate', 'fast'), "parameter rate must be a double, got 'fast'"),
     (('set', '/grid_world', 'seed', '1.5'), "parameter seed must be an integer, got '1.5'"),
     (('set', '/grid_world', 'map', 'maze'), 'setting parameter failed: Trying to set a read-only'),
@@ -104,6 +105,8 @@ def test_nested_fields_of_a_request_are_filled():
 
 @pytest.mark.parametrize('kind, text, field, value', [
     (ParameterType.PARAMETER_DOUBLE, '1', 'double_value', 1.0),
+    (ParameterType.PARAMETER_DOUBLE, '1e-3', 'double_value', 0.001),
+    (ParameterType.PARAMETER_DOUBLE, '-1e3', 'double_value', -1000.0),
     (ParameterType.PARAMETER_STRING, '1', 'string_value', '1'),
     (ParameterType.PARAMETER_BOOL, 'false', 'bool_value', False),
     (ParameterType.PARAMETER_STRING_ARRAY, '[a, b]', 'string_array_value', ['a', 'b']),
@@ -115,7 +118,9 @@ def test_a_value_has_the_type_of_its_parameter(kind, text, field, value):
 
 
 @pytest.mark.parametrize('kind, text', [
-    (ParameterType.PARAMETER_BOOL, '1'), (ParameterType.PARAMETER_INTEGER, 'true'),
+    (ParameterType.PARAMETER_DOUBLE, '010'), (ParameterType.PARAMETER_INTEGER, '010'),
+    (ParameterType.PARAMETER_DOUBLE, '1:30'), (ParameterType.PARAMETER_BOOL, '1'),
+    (ParameterType.PARAMETER_INTEGER, 'true'),
     (ParameterType.PARAMETER_INTEGER, '9999999999999999999'),
     (ParameterType.PARAMETER_DOUBLE, '{'), (ParameterType.PARAMETER_STRING_ARRAY, '[1]'),
     (ParameterType.PARAMETER_DOUBLE_ARRAY, '1.0')])

@@ -28,15 +28,15 @@ class PtySession:
 
     """
 
-    def __init__(self, *arguments):
+    def __init__(self, *arguments, columns=120, rows=40, **environment):
         self._user, self.terminal = pty.openpty()
-        termios.tcsetwinsize(self.terminal, (40, 120))
+        termios.tcsetwinsize(self.terminal, (rows, columns))
         self.before, self.text = termios.tcgetattr(self.terminal), ''
         os.set_blocking(self._user, False)
         self.process = subprocess.Popen(
             [sys.executable, '-c', START.format('teleop_mentor'), *arguments],
             stdin=self.terminal, stdout=self.terminal, stderr=self.terminal,
-            start_new_session=True)
+            process_group=0, env={**os.environ, **environment})
 
     def type(self, keys):
         """Press keys."""
@@ -77,9 +77,9 @@ class PtySession:
 
 
 @contextmanager
-def pty_session(*arguments):
-    """Give a `PtySession`."""
-    session = PtySession(*arguments)
+def pty_session(*arguments, **settings):
+    """Give a `PtySession`; settings: `columns`, `rows`, and variables of its environment."""
+    session = PtySession(*arguments, **settings)
     try:
         yield session
     finally:

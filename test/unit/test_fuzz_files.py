@@ -9,16 +9,21 @@ from hypothesis import strategies as st
 import pytest
 import yaml
 
-from comply_ros.experiments import yaml_lines
-from comply_ros.experiments.sweep_yaml import MAX_RUNS, parse_sweep, read_sweep
+from comply_ros.experiments.sweep_yaml import (
+    MAX_RUNS,
+    MAX_VALUE_LENGTH,
+    parse_sweep,
+    read_sweep,
+    SweepFileError,
+)
 from comply_ros.experiments.training_runs import validate_run
-from comply_ros.experiments.yaml_lines import SweepFileError
 from comply_ros.learner.presets import METHODS
 from comply_ros.mentor.mentor_policies import MentorError
 from comply_ros.mentor.policy import PolicyError
 from comply_ros.mentor.policy_text import format_policy, parse_policy
 from comply_ros.storage.map_files import parse_map, read_map
 from comply_ros.storage.mentor_cache import mentor_policy, read_mentor_spec
+from comply_ros.storage.user_files import load_yaml
 from comply_ros.world.grid import CELLS, Grid, MapError
 from comply_ros.world.mdp import World
 from examples import examples
@@ -137,7 +142,7 @@ def check_grid(text, found):
     assert found.starts and all(0 <= s < width * height for s in found.starts)
     for s in found.starts:
         assert reaches_goal(found.rows[::-1], s % width, s // width)
-    content = yaml.safe_load(text)
+    content = load_yaml(text).value
     if 'extends' not in content:
         assert content['rows'] == list(found.rows)
         assert content['intended'] == found.intended
@@ -185,7 +190,7 @@ def test_the_text_of_a_policy_is_a_policy_or_an_error_of_one_line(text):
 @example(SWEEP.replace('seeds: 3', 'seeds: 3\n%'))
 def test_the_text_of_a_sweep_is_runs_that_can_be_or_an_error_of_one_line(text):
     sweep = outcome(parse_sweep, SweepFileError, text,
-                    longest=LONGEST + yaml_lines.MAX_VALUE_LENGTH)
+                    longest=LONGEST + MAX_VALUE_LENGTH)
     if sweep is not None:
         assert 1 <= len(sweep) <= MAX_RUNS
         runs = [sweep.run(number) for number in {0, len(sweep) // 2, len(sweep) - 1}]

@@ -12,6 +12,7 @@ from rich.console import Console
 
 from comply_ros.nodes.node_processes import NodeDied
 from comply_ros.storage.kernel_cache import use_kernel_cache
+from comply_ros.terminal.command_line import CommandParser, whole_number
 from comply_ros.terminal.console import console, progress_bar
 from comply_ros.terminal.training_options import guarded
 from tools.benchmarks import in_process, map_scaling, profile, ros_loop, startup
@@ -27,13 +28,13 @@ ROUNDS, WIDTH = 5, 120
 
 def parser() -> argparse.ArgumentParser:
     """`ArgumentParser` of the command."""
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         'benchmark', description='Measure the speed of comply_ros side by side with others.')
     add = parser.add_argument
     add('--only', nargs='+', metavar='SECTION', choices=[*SECTIONS, *ON_DEMAND],
         default=list(SECTIONS), help=f'some of {", ".join(SECTIONS)}; on demand only: setup (of '
         'a fresh clone, minutes) and where (a profile of the loop)')
-    add('--rounds', type=int, default=ROUNDS, metavar='N', help='(default: %(default)s)')
+    add('--rounds', type=whole_number, default=ROUNDS, metavar='N', help='(default: %(default)s)')
     add('--quick', action='store_true',
         help='show only that everything works: the numbers mean nothing')
     add('--out', default='runs/benchmark', metavar='DIR', help='(default: %(default)s)')

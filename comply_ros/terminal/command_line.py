@@ -1,0 +1,31 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A parser of command lines that reads numbers as maps and sweeps do."""
+
+import argparse
+from typing import Any
+
+from comply_ros.numerics.number_text import NUMBER, read_integer, read_number
+
+
+class CommandParser(argparse.ArgumentParser):
+    """An `ArgumentParser` for which every negative number is a value, also -1e3."""
+
+    def __init__(self, *args: Any, **settings: Any) -> None:
+        super().__init__(*args, **settings)
+        self._negative_number_matcher = NUMBER  # its own one knows no exponents
+
+
+def whole_number(text: str) -> int:
+    """Value of an option in whole numbers, for `type=`; raises the error that argparse prints."""
+    try:
+        return read_integer(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+def real_number(text: str) -> float:
+    """Value of an option that is a number, for `type=`; raises the error that argparse prints."""
+    try:
+        return float(read_number(text))
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
