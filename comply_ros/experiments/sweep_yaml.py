@@ -23,11 +23,11 @@ from comply_ros.experiments.yaml_lines import (
 )
 from comply_ros.learner.learner_config import ConfigError
 from comply_ros.mentor.advice_budget import validate_advice_budget
-from comply_ros.mentor.policy_text import parse_policy
+from comply_ros.mentor.mentor_policies import FROM_FILES
 from comply_ros.numerics.rng import SEED_LIMIT
 from comply_ros.storage.bounded_yaml import read_text, shown
 from comply_ros.storage.file_system import PathError
-from comply_ros.storage.mentor_cache import read_mentor_spec
+from comply_ros.storage.mentor_cache import policy_of_file, read_mentor_spec
 from comply_ros.terminal.training_options import MISTAKES
 
 AXES = {  # key of the file: field of `Run` and type of its values; the last one varies fastest
@@ -153,8 +153,8 @@ def _check_values(axes: dict[str, list[LinedValue]]) -> None:
     for mentor, line in axes['mentor']:
         with _at_line(line):
             spec = read_mentor_spec(mentor)
-            for world in worlds if spec.kind == 'file' else ():
-                parse_policy(spec.value, world)
+            for world in worlds if spec.kind in FROM_FILES else ():
+                policy_of_file(spec, world)
     for budget, line in axes['budget']:
         with _at_line(line):
             validate_advice_budget(budget, 'early')

@@ -62,9 +62,9 @@ class Learned(NamedTuple):
 
         """
         if self.world != world.grid.sha256:
-            raise LearningError(f'{self.source} must be of the world that is here (hash '
-                                f'{world.grid.sha256[:12]}), but was learned in another one '
-                                f'(hash {self.world[:12]})')
+            raise LearningError(f'{self.source} was learned in another world (hash '
+                                f'{self.world[:12]!r}) than the one that is here (hash '
+                                f'{world.grid.sha256[:12]!r})')
         try:
             self._validate_arrays(world)
         except (PolicyError, LearningError) as error:

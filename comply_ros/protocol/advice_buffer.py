@@ -88,7 +88,7 @@ class AdviceBuffer:
                          f'{self._newest}'),)
 
     def advice(self, before: NDArray[np.int8]) -> NDArray[np.int8]:
-        """Return `advice[s]`: the newest action in a state, that of `before` where there is none."""
+        """Return `advice[s]`: the newest action in a state, where there is none that of before."""
         advice = before.copy()
         advice[list(self._advice)] = [msg.action for msg in self._advice.values()]
         return advice
