@@ -34,9 +34,10 @@ if TYPE_CHECKING:
 OnIteration = Callable[[IterationResult], None]
 
 
-def train(map: str | os.PathLike[str] = 'maze', method: str = 'beta_implicit',
-          mentor: str = 'snapshot:0.75', *, profile: str = 'published', seed: int = 0,
-          mentor_seed: int = 0, budget: int = 0, advising: str = 'early',
+def train(map: str | os.PathLike[str] = 'maze',  # noqa: A002 - as the option is called
+          method: str = 'beta_implicit', mentor: str = 'snapshot:0.75', *,
+          profile: str = 'published', seed: int = 0, mentor_seed: int = 0, budget: int = 0,
+          advising: str = 'early',
           initial_learning: str | os.PathLike[str] | TrainingResult | None = None,
           on_iteration: OnIteration = lambda iteration: None, **settings: Any) -> TrainingResult:
     """

@@ -3,6 +3,7 @@
 
 from dataclasses import asdict
 import json
+import os
 from pathlib import Path
 from typing import Any
 from zipfile import ZipFile
@@ -13,12 +14,12 @@ from numpy.typing import NDArray
 from comply_ros.learner.learned import Learned, LearningError
 from comply_ros.learner.learner_config import ConfigError, LearnerConfig
 from comply_ros.learner.learner_state import LearnerState
-from comply_ros.storage.bounded_yaml import shown
 from comply_ros.storage.file_system import atomic_write, path_errors, PathError
 from comply_ros.storage.versions import FORMAT_VERSION
 
 ARRAYS = ('advice', 'policy', 'confidence')  # beside those of the learner's state
 FACTS = ('world', 'settings', 'format')
+MAX_TEXT = 200  # characters of what is wrong with the settings
 MAX_BYTES = 6_000_000_000  # of all arrays: the largest grid has 4096 x 4096 states of 300 bytes
 
 
@@ -38,7 +39,7 @@ def save_learning(path: str | Path, learned: Learned) -> None:
             settings=np.array(json.dumps(asdict(learned.config))))
 
 
-def read_learning(path: str | Path) -> Learned:
+def read_learning(path: str | os.PathLike[str]) -> Learned:
     """
     Return what was learned from a file that `save_learning` wrote.
 
@@ -55,31 +56,28 @@ def read_learning(path: str | Path) -> Learned:
             is_other = file.exists() and not file.is_file()
             arrays = {} if is_other else _read_arrays(file)
     except PathError as error:
-        raise LearningError(f'a learning file must be readable, got {shown(str(path))} '
+        raise LearningError(f'a learning file must be readable, got {str(path)!r} '
                             f'({error})') from None
     if is_other:
-        raise LearningError(f'a learning must be read from a file, got {shown(str(path))}')
+        raise LearningError(f'a learning must be read from a file, got {str(path)!r}')
     try:
-        return _learned(arrays, f'the learning file {shown(str(path))}')
+        return _learned(arrays, f'the learning file {str(path)!r}')
     except LearningError as error:
         raise LearningError('a learning file must be as comply_ros writes it, got '
-                            f'{shown(str(path))} ({error})') from None
+                            f'{str(path)!r} ({error})') from None
 
 
 def _read_arrays(path: Path) -> dict[str, NDArray[Any]]:
     """Return the arrays of a file that are known here, none where it is no .npz file."""
-    try:
-        with path.open('rb') as file, ZipFile(file) as archive:
-            names = [each for each in archive.infolist()
-                     if each.filename.removesuffix('.npy') in _names()]
-            if sum(each.file_size for each in names) > MAX_BYTES:
-                return {}
-        with np.load(path, allow_pickle=False) as loaded:
-            return {name: loaded[name] for name in _names() if name in loaded}
-    except OSError:
-        raise
-    except Exception:  # noqa: BLE001 - of other bytes: whatever zipfile, zlib and numpy raise
-        return {}
+    with path.open('rb') as file:
+        try:
+            with ZipFile(file) as archive:
+                if sum(each.file_size for each in archive.infolist()) > MAX_BYTES:
+                    return {}
+            with np.load(file, allow_pickle=False) as loaded:
+                return {name: loaded[name] for name in _names() if name in loaded}
+        except Exception:  # noqa: BLE001 - of other bytes, whatever zipfile, zlib and numpy raise
+            return {}
 
 
 def _names() -> tuple[str, ...]:
@@ -103,7 +101,7 @@ def _learned(arrays: dict[str, NDArray[Any]], source: str) -> Learned:
     try:
         config = LearnerConfig(**json.loads(str(facts['settings'])))
     except ConfigError as error:
-        raise LearningError(f'of its settings, {error}') from None
+        raise LearningError(f'of its settings, {str(error)[:MAX_TEXT]}') from None
     except (ValueError, TypeError, RecursionError):
         raise LearningError('its settings must be fields of a method') from None
     state = LearnerState(**{name: arrays[name] for name in LearnerState._fields})
