@@ -123,14 +123,15 @@ def learned_policy(config: LearnerConfig, state: LearnerState, advice: Actions,
     confidence: `p[s]` in this advice.
 
     """
-    tried = world.available & (state.visits > 1.0)
-    uncounted = (state.departures > 1.0) & ~tried.any(axis=1)  # with a visit_growth of 0
-    tried |= uncounted[:, None] & world.available
-    best = np.where(tried, state.q, -np.inf).argmax(axis=1)
-    policy = np.where(tried.any(axis=1), best, NO_ACTION)
+    policy = np.full(len(world.free), NO_ACTION, dtype=np.int8)
+    left = np.flatnonzero((state.departures > 1.0) & world.free)  # in a large world, few
+    tried = state.visits[left] > 1.0
+    tried |= ~tried.any(axis=1, keepdims=True)  # with a visit_growth of 0, all count
+    policy[left] = np.where(tried, state.q[left], -np.inf).argmax(axis=1)
     if config.trust != 'none' and not config.trusts_by_time():
-        policy = np.where((advice != NO_ACTION) & (confidence > TRUSTED), advice, policy)
-    return np.where(world.free, policy, NO_ACTION).astype(np.int8)
+        followed = world.free & (advice != NO_ACTION) & (confidence > TRUSTED)
+        policy[followed] = advice[followed]
+    return policy
 
 
 def learned_by(config: LearnerConfig, state: LearnerState, advice: Actions,
