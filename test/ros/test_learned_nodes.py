@@ -121,6 +121,9 @@ def test_a_checkpoint_wins_over_the_initial_learning_and_the_log_says_so(tmp_pat
         assert 'initial_learning is not used: the checkpoint in state_dir counts more' in \
             started['learner'].log.read_text()
     assert digest_in(started['learner']) == first
+    done = run('learner', '--ros-args', *LEARNER, *state, '-p', 'learns:=false')
+    assert done.returncode == 2
+    assert 'was written with learns True, but this node has False' in done.stderr
 
 
 def digest_in(learner):
