@@ -19,7 +19,7 @@ TOP = Path(__file__).parents[1]
 KNOWN = {'grid_world': {'map', 'profile', 'seed', 'rate', 'state_dir'},
          'mentor': {'mentor', 'seed', 'budget', 'advising', 'state_dir'},
          'learner': {'method', 'profile', 'seed', 'map_period', 'remembers_advice',
-                     'advice_timeout', 'state_dir', *CONFIG_FIELDS}}
+                     'advice_timeout', 'initial_learning', 'state_dir', *CONFIG_FIELDS}}
 
 
 @pytest.mark.parametrize('name', EXECUTABLES)

@@ -81,7 +81,7 @@ def train(map: str | os.PathLike[str] = 'maze',  # noqa: A002 - as the option is
     return result
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class TrainingResult:
     """
     A training from its first iteration to its last.
@@ -107,6 +107,12 @@ class TrainingResult:
     steps: int
     wall_seconds: float
     learned: Learned
+
+    def __repr__(self) -> str:
+        training = self.training
+        return (f'<TrainingResult of {training.method} in {training.map_name}, mentor '
+                f'{training.mentor}, seed {self.seed}: {len(self.returns)} iterations, the last '
+                f'with a mean return of {self.returns[-1]:.2f}>')
 
     @property
     def world(self) -> World:

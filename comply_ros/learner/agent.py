@@ -88,7 +88,7 @@ class Agent:
     initial: as given.
     earlier_advice: `advice[s]` received before this run, or with the initial learning; -1 where
         none.
-    policy: `policy[s]` that it acts by while it does not learn; no elements while it does.
+    policy: `policy[s]` that it acts by while it does not learn.
     draws: the random numbers of its decisions, a row for each observation.
     state: what it has learned; set by `start`.
     kernel_config: the settings as kernels take them.
@@ -121,7 +121,10 @@ class Agent:
         config, initial, unknown = self.config, self.initial, no_advice(world)
         state = begin_from(initial, world, config) if initial else initial_state(world, config)
         self._world, self.earlier_advice = world, initial.advice if initial else unknown
-        self._act_by(None if config.learns else initial.policy if initial else unknown)
+        if initial and not config.learns:
+            self._act_by(initial.policy, initial.confidence)
+        else:
+            self._act_by(no_advice(world), np.zeros(len(unknown)))
         self._use(state)
         self.iterations_done, self.steps, self.finished = 0, 0, False
         self._start_iteration()
@@ -144,11 +147,10 @@ class Agent:
         advice: `advice[s]` that it received so far, on which it may act if it stops to learn.
         """
         before = self.config
-        if config.learns:
-            self._act_by(None)
-        elif before.learns:
+        if before.learns and not config.learns:
             finish_episode(self.kernel_config, self._views)  # no later one shall change a value
-            self._act_by(self.learned(advice).policy)
+            learned = self.learned(advice)
+            self._act_by(learned.policy, learned.confidence)
         self.config = config
         self.finished = self.finished and config.iterations == before.iterations
         self._use(changed_state(self.state, self._world, before, config))
@@ -156,7 +158,8 @@ class Agent:
     def learned(self, advice: ArrayLike) -> Learned:
         """Return what was learned, as `learned_by`; advice: `advice[s]` that it received."""
         learned = learned_by(self.config, self.state, np.array(advice, dtype=np.int8), self._world)
-        return learned if self.config.learns else learned._replace(policy=self.policy)
+        return learned if self.config.learns else learned._replace(
+            policy=self.policy, confidence=self._confidence)
 
     def step(self, s: int, step: int, reward: float, terminated: bool, truncated: bool,
              advice: int) -> Decision:
@@ -229,7 +232,7 @@ class Agent:
         if (self.earlier_advice != NO_ACTION).any():
             arrays['earlier_advice'] = self.earlier_advice
         if not self.config.learns:
-            arrays['policy'] = self.policy
+            arrays |= {'policy': self.policy, 'policy_confidence': self._confidence}
         return {**values, 'observations': self.draws.used}, arrays
 
     def load_state_dict(self, values: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> None:
@@ -251,16 +254,16 @@ class Agent:
             array[...] = arrays[name]
         self.earlier_advice = arrays.get('earlier_advice', no_advice(self._world))
         if not self.config.learns:
-            self._act_by(arrays['policy'])
+            self._act_by(arrays['policy'], arrays['policy_confidence'])
 
     def _use(self, state: LearnerState) -> None:
         self.state, self._views = state, state.views()
         self.kernel_config = self.config.for_kernels()
 
-    def _act_by(self, policy: NDArray[np.int8] | None) -> None:
-        """Act by `policy[s]` from now on; None: choose, and learn."""
-        self.policy = np.zeros(0, dtype=np.int8) if policy is None else policy
-        self._policy_view = plain_view(self.policy)
+    def _act_by(self, policy: NDArray[np.int8], confidence: NDArray[np.float64]) -> None:
+        """Act by `policy[s]`, made with this confidence, while it does not learn."""
+        self.policy, self._confidence = policy, confidence
+        self._policy_view = plain_view(policy)
 
     def _start_iteration(self) -> None:
         self._returns: list[float] = []

@@ -111,7 +111,7 @@ def _rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
     yield 'random policy', f'{summary["random_return"]:.2f}', ''
     yield 'learner, first', f'{returns[0]:.2f}', f'{summary["method"]}, mean of an iteration'
     yield ('learned policy', f'{summary["policy_return"]:.2f}',
-           'expected return of an episode without exploration')
+           'expected return without exploration')
     yield 'learner, last', f'{returns[-1]:.2f}', f'iteration {len(returns)}'
     counted = len(returns) - summary['measuring_iterations']
     rule = 'at or below' if summary['profile'] == 'published' else 'until the return stays above'

@@ -55,6 +55,12 @@ def test_a_result_has_what_was_learned(result):
     assert result.digest == result.learned.state.digest()
 
 
+def test_a_result_says_what_it_is_of(result):
+    assert repr(result) == (
+        '<TrainingResult of beta_implicit in bar_grid, mentor noisy:0.2, seed 5: 3 iterations, '
+        f'the last with a mean return of {result.returns[-1]:.2f}>')
+
+
 def test_a_saved_result_is_what_the_command_writes(result, tmp_path):
     argv = ('--map', 'bar_grid', '--seed', '5', '--mentor', 'noisy:0.2', '--iterations', '3',
             '--episodes', '4')
