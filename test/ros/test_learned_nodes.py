@@ -131,16 +131,17 @@ def digest_in(learner):
     return re.findall(r'digest (\w{64})', learner.log.read_text())[-1]
 
 
-def test_a_killed_learner_goes_on_with_what_it_began_with(tmp_path, file):
+def test_a_learner_that_starts_again_goes_on_with_what_it_began_with(tmp_path, file):
     argv = ['--map', 'bar_grid', '--mentor', 'noisy:0.3', '--from', str(file), '--seed', '3',
             '--iterations', '3', '--episodes', '5', '--out', str(tmp_path / 'train')]
     assert train.main(['train', *argv]) == 0
     learner = (*LEARNER, '-p', f'state_dir:={tmp_path}/state', '-p', f'initial_learning:={file}')
-    with nodes(tmp_path, grid_world=(*WORLD, '-p', 'rate:=200.0'),
-               mentor=('-p', 'mentor:=noisy:0.3')):
-        with nodes(tmp_path / 'first', learner=learner), ros_client() as client:
-            client.subscribe(topics.ACTION)
-            client.until(lambda: len(client.received['action']) > 40, 'actions')
+    with ros_client() as client, nodes(tmp_path, grid_world=(*WORLD, '-p', 'rate:=10.0'),
+                                       mentor=('-p', 'mentor:=noisy:0.3')):
+        client.subscribe(topics.ACTION)
+        with nodes(tmp_path / 'first', learner=learner):
+            client.until(lambda: len(client.received['action']) > 20, 'actions')
+        assert client.set('grid_world', rate=0.0) == ''
         with nodes(tmp_path / 'second', learner=learner) as started:
             wait_until(log_has(started['learner'], 'finished 3 iterations'), 'end')
     assert 'continues after' in started['learner'].log.read_text()
