@@ -19,10 +19,12 @@ DEFAULT_FILE = PathJoinSubstitution([FindPackageShare('comply_ros'), 'config', '
 ARGUMENTS = (
     ('map', '', 'name of a map of the package, or a map file'),
     ('method', '', 'method of the learner'),
-    ('mentor', '', 'optimal, random, adversarial, noisy:P, snapshot:Q, file:PATH or none; with @C '
-     'behind it, in a share C of the states only'),
+    ('mentor', '', 'optimal, random, adversarial, noisy:P, snapshot:Q, file:PATH, '
+     'learned:FILE.npz or none; with @C behind it, in a share C of the states only'),
     ('seed', '', 'seed of the random numbers of world and learner'),
     ('iterations', '', 'iterations to learn for; 0: without end'),
+    ('initial_learning', '', 'saved learning.npz to begin with; it is no checkpoint'),
+    ('learns', '', 'false: act for ever by the initial learning, and learn nothing'),
     ('profile', '', 'report: settings of the text of the report; published: of its runs'),
     ('namespace', '', 'namespace of the nodes, for a second robot'),
     ('params_file', DEFAULT_FILE, 'parameter file; the arguments above override it'),
@@ -39,6 +41,7 @@ CHOICES = {
         'constant_lambda', 'vanishing_lambda', 'beta_implicit_lambda', 'explicit_lambda',
         'pi_reuse', 'policy_shaping', 'jump_start', 'head_start'],
     'profile': ['', 'report', 'published'],
+    'learns': ['', 'true', 'false'],
     'respawn': ['true', 'false'],
     'viewer': ['true', 'false'],
     'rviz': ['true', 'false'],
@@ -48,11 +51,12 @@ CHOICES = {
 NODES = {
     'grid_world': ('map', 'profile', 'seed', 'state_dir'),
     'mentor': ('mentor', 'state_dir'),
-    'learner': ('method', 'profile', 'seed', 'iterations', 'state_dir'),
+    'learner': ('method', 'profile', 'seed', 'iterations', 'initial_learning', 'learns',
+                'state_dir'),
 }
 # Topics that RViz shows; in a namespace they are remapped.
 VIEW_TOPICS = ('map', 'trust', 'values', 'places', 'mentor', 'policy', 'trail', 'robot')
-NUMBERS = ('seed', 'iterations')
+NOT_TEXT = ('seed', 'iterations', 'learns')
 INVALID_ARGUMENTS = 2  # exit code of a node; it would fail again
 
 
@@ -73,7 +77,7 @@ def nodes(context: LaunchContext) -> list[Node]:
     respawns, started = given['respawn'] == 'true', []
     for name, arguments in NODES.items():
         values = {each: ParameterValue(LaunchConfiguration(each),
-                                       value_type=None if each in NUMBERS else str)
+                                       value_type=None if each in NOT_TEXT else str)
                   for each in arguments if given[each]}
         started.append(Node(
             package='comply_ros', executable=name, name=name, namespace=given['namespace'],

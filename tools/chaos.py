@@ -147,7 +147,7 @@ def digest_in_process(options: TrainingOptions) -> str:
     world = World(options.grid)
     policy = mentor_policy(options.spec, world, options.mentor_seed)
     training = Training(world, AdviceBudget(world, policy, options.budget, options.advising),
-                        options.config, options.seed)
+                        options.config, options.seed, options.initial)
     while training.iterations_done < options.config.iterations:
         training.iterate()
     return training.state.digest()

@@ -13,6 +13,7 @@ from comply_ros.protocol.learner import Learner
 from comply_ros.protocol.messages import (
     Action,
     ANYONE,
+    INITIAL_LEARNING,
     LearnerDescription,
     Progress,
     Recommendation,
@@ -223,10 +224,18 @@ def config_from_description(description: LearnerDescription) -> LearnerConfig:
     try:
         settings = json.loads(description.settings)
         return LearnerConfig(**{RENAMED_FIELDS.get(name, name): value
-                                for name, value in settings.items()})
+                                for name, value in settings.items() if name != INITIAL_LEARNING})
     except (ValueError, TypeError, AttributeError) as error:
         raise BagError(f'the settings of learner {description.learner} must be fields of a method:'
                        f' {error}') from None
+
+
+def begins_with_learning(description: LearnerDescription) -> bool:
+    """Tell whether a learner began with what another one had learned."""
+    try:
+        return INITIAL_LEARNING in json.loads(description.settings)
+    except (ValueError, TypeError):
+        return False
 
 
 def place(msg: Action | StateReward) -> str:

@@ -49,8 +49,8 @@ def run(options: argparse.Namespace) -> int:
     for replay in check.replays:
         print(result_text(replay))
     for learner in check.unverifiable.values():
-        print(f'not verifiable: learner {learner.number} was recorded from {place(learner.first)} '
-              'on, not from its start, so its initial state is unknown; '
+        print(f'not verifiable: learner {learner.number} {learner.reason}, so its initial state '
+              'is unknown; '
               f'{learner.possible} actions fit their observations')
     if difference:
         stopped = isinstance(difference, MissingMessage)

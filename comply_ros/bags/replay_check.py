@@ -4,7 +4,13 @@
 from collections import deque
 from typing import Any
 
-from comply_ros.bags.learner_replay import LearnerReplay, place, RecordedRun, ReplayDifference
+from comply_ros.bags.learner_replay import (
+    begins_with_learning,
+    LearnerReplay,
+    place,
+    RecordedRun,
+    ReplayDifference,
+)
 from comply_ros.protocol.messages import Action, LearnerDescription, Progress, step_id
 from comply_ros.world.grid import NO_ACTION
 
@@ -15,12 +21,12 @@ class UnverifiableLearner:
     """
     A learner of unknown initial state: its actions can only be checked to be possible.
 
-    first: its first action in the bag.
+    reason: why it is unknown.
     possible: number of its actions that fit their observations.
     """
 
-    def __init__(self, first: Action, runs: dict[int, RecordedRun]) -> None:
-        self.number, self.first, self.possible, self._runs = first.learner, first, 0, runs
+    def __init__(self, number: int, reason: str, runs: dict[int, RecordedRun]) -> None:
+        self.number, self.reason, self.possible, self._runs = number, reason, 0, runs
 
     def check(self, recorded: Action) -> None:
         """Compare an action with its observation, if it is there; raises ReplayDifference."""
@@ -58,6 +64,7 @@ class ReplayCheck:
         self.unverifiable: dict[int, UnverifiableLearner] = {}
         self._runs: dict[int, RecordedRun] = {}
         self._current: dict[int, LearnerReplay] = {}
+        self._taught: set[int] = set()  # numbers of learners that began with a learning
         self._waiting: deque[tuple[str, Any]] = deque()
         self._progress: list[Progress] = []
 
@@ -107,11 +114,22 @@ class ReplayCheck:
             return replay
         if replay:
             self.replays.remove(self._current.pop(number))
-        return self.unverifiable.setdefault(number, UnverifiableLearner(action, self._runs))
+        reason = 'began with initial_learning, which is not in the bag' \
+            if number in self._taught else \
+            f'was recorded from {place(action)} on, not from its start'
+        return self.unverifiable.setdefault(
+            number, UnverifiableLearner(number, reason, self._runs))
 
     def _start(self, description: LearnerDescription) -> None:
-        """Start the replay of a learner; one that has not acted yet only found another world."""
+        """
+        Start the replay of a learner; one that has not acted yet only found another world.
+
+        What a learner began with is not in the bag, so one with an initial learning has none.
+        """
         number = description.learner
+        if begins_with_learning(description):
+            self._taught.add(number)
+            return
         earlier = self._current.get(number)
         if earlier and earlier.last is None:
             self.replays.remove(earlier)

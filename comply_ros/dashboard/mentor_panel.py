@@ -14,7 +14,7 @@ from comply_ros.dashboard.header_bar import show_error, succeeds
 from comply_ros.dashboard.mentor_thread import MentorThread
 from comply_ros.dashboard.paint_tool import FOLLOW, PaintTool
 from comply_ros.mentor.advice_budget import MentorError
-from comply_ros.mentor.mentor_policies import KINDS
+from comply_ros.mentor.mentor_policies import FROM_FILES, KINDS
 from comply_ros.mentor.policy_text import format_policy, parse_policy
 from comply_ros.numerics.rng import SEED_LIMIT
 from comply_ros.world.grid import DOWN, LEFT, NO_ACTION, RIGHT, UP
@@ -73,7 +73,7 @@ class MentorPanel:
             'flat dense no-caps data-testid=save')
 
     def _make_generator(self) -> None:
-        kinds = [kind for kind in KINDS if kind not in ('file', 'none')]
+        kinds = [kind for kind in KINDS if kind not in (*FROM_FILES, 'none')]
         self._kind = ui.select(kinds, value='snapshot').props(
             'dense outlined options-dense aria-label="kind of mentor" data-testid=kind')
         self._value = ui.number(value=0.75, min=0, max=1, step=0.05).props(

@@ -2,7 +2,7 @@
 """Results on disk: a cell is one run repeated with many seeds, computed once."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import astuple
+from dataclasses import asdict
 import hashlib
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -95,7 +95,13 @@ class ResultCache:
     def _path(self, run: Run) -> Path:
         spec = read_mentor_spec(run.mentor)  # files count by what is in them, not by their names
         grid = reference_returns_of(run).world.grid.sha256
-        key = (grid, run.profile, run.method, astuple(config_of(run)), tuple(spec),
+        config = config_of(run)
+        settings = tuple(value for name, value in asdict(config).items()
+                         if name != 'learns' or not config.learns)  # a later field of format 2
+        policy = hashlib.sha256(spec.value.policy.tobytes()).hexdigest() \
+            if spec.kind == 'learned' else None
+        spec = spec._replace(value=policy) if policy else spec
+        key = (grid, run.profile, run.method, settings, tuple(spec),
                run.mentor_seed, run.budget, run.advising, FORMAT_VERSION, ALGORITHM_VERSION)
         name = hashlib.sha256(repr(key).encode()).hexdigest()[:16]
         return self.folder / f'{Path(run.map).stem}-{run.method}-{name}.npz'

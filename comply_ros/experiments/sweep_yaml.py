@@ -30,10 +30,10 @@ from comply_ros.experiments.training_runs import (
 )
 from comply_ros.learner.learner_config import CONFIG_FIELDS, ConfigError
 from comply_ros.mentor.advice_budget import validate_advice_budget
-from comply_ros.mentor.policy_text import parse_policy
+from comply_ros.mentor.mentor_policies import FROM_FILES
 from comply_ros.numerics.rng import SEED_LIMIT
 from comply_ros.storage.file_system import PathError
-from comply_ros.storage.mentor_cache import read_mentor_spec
+from comply_ros.storage.mentor_cache import policy_of_file, read_mentor_spec
 from comply_ros.storage.user_files import LinedYaml, load_yaml, read_text, shown, YamlError
 from comply_ros.terminal.training_options import MISTAKES
 
@@ -233,8 +233,8 @@ def _check_together(axes: dict[str, tuple], content: LinedYaml) -> None:
     for k, mentor in enumerate(axes['mentor']):
         with _at(content, 'mentors', k):
             spec = read_mentor_spec(mentor)
-            for world in worlds if spec.kind == 'file' else ():
-                parse_policy(spec.value, world)
+            for world in worlds if spec.kind in FROM_FILES else ():
+                policy_of_file(spec, world)
 
 
 def _check_methods(axes: dict[str, tuple], content: LinedYaml) -> None:

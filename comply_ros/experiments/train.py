@@ -1,19 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """`train`: world, mentor and learner in one process, with the bits of the three nodes."""
 
-from collections.abc import Callable, Sequence
-import time
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from comply_ros.experiments.executors import completed, local_executor
+from comply_ros.experiments.in_process import train_seed
+from comply_ros.learner.agent import IterationResult
 from comply_ros.learner.learner_config import ConfigError
-from comply_ros.learner.training import IterationResult, Training
-from comply_ros.mentor.advice_budget import AdviceBudget
+from comply_ros.storage.learning_file import save_learning
 from comply_ros.storage.mentor_cache import is_slow, mentor_policy
-from comply_ros.storage.run_files import save_learning
 from comply_ros.terminal.command_line import whole_number
 from comply_ros.terminal.console import iteration_status, progress_bar
 from comply_ros.terminal.interrupts import check, interrupts, StopFlag
@@ -48,8 +47,11 @@ def run(options: TrainingOptions) -> int:
                     if count == 1 else ''
                 bar.update(task, advance=1, now=now)
 
-            def train(seed: int, stop: StopFlag) -> dict | None:
-                return train_seed(options, world, advice, seed, show, stop)
+            def train(seed: int, stop: StopFlag) -> dict[str, Any] | None:
+                result = train_seed(options, reference, advice, seed, show, stop)
+                if result and seed == options.seed:
+                    save_learning(options.out / 'learning.npz', result.learned)
+                return result and result.outcome()
             seeds = range(options.seed, options.seed + count)
             with local_executor(train, stop) as executor:
                 results = dict(completed(executor, zip(seeds, seeds), stop))
@@ -70,28 +72,3 @@ def _advice(options: TrainingOptions, world: World, bar: Any, stop: StopFlag
     advice = mentor_policy(options.spec, world, options.mentor_seed, show)
     bar.update(task, completed=100)
     return advice
-
-
-def train_seed(options: TrainingOptions, world: World, advice: NDArray[np.int8], seed: int,
-               on_iteration: Callable[[IterationResult], None], stop: StopFlag) -> dict | None:
-    """
-    Return the result of one seed; None if `stop` is set after an iteration.
-
-    Writes `learning.npz` after the training with the first seed.
-    """
-    mentor = AdviceBudget(world, advice, options.budget, options.advising)
-    training = Training(world, mentor, options.config, seed)
-    start, returns, steps = time.perf_counter(), [], 0
-    for _ in range(options.config.iterations):
-        iteration = training.iterate()
-        returns.append(iteration.mean_return)
-        steps += iteration.steps
-        on_iteration(iteration)
-        if stop.is_set():
-            return None
-    seconds = time.perf_counter() - start
-    if seed == options.seed:
-        save_learning(options.out / 'learning.npz', options.config, training.state,
-                      advice.tolist())
-    return {'seed': seed, 'returns': returns, 'steps': steps, 'wall_seconds': seconds,
-            'digest': training.state.digest()}

@@ -16,9 +16,10 @@ from comply_ros.learner.learner_config import ConfigError, LearnerConfig, with_t
 from comply_ros.learner.presets import find_method
 from comply_ros.learner.training import Training
 from comply_ros.mentor.advice_budget import AdviceBudget, validate_advice_budget
-from comply_ros.mentor.policy_text import parse_policy, PolicyError
+from comply_ros.mentor.mentor_policies import FROM_FILES
+from comply_ros.mentor.policy import PolicyError
 from comply_ros.storage.map_files import read_map
-from comply_ros.storage.mentor_cache import mentor_policy, read_mentor_spec
+from comply_ros.storage.mentor_cache import mentor_policy, policy_of_file, read_mentor_spec
 from comply_ros.terminal.interrupts import StopFlag
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
@@ -102,9 +103,9 @@ def validate_run(run: Run) -> None:
     config_of(run)
     world = reference_returns_of(run).world
     spec = read_mentor_spec(run.mentor)
-    if spec.kind == 'file':
+    if spec.kind in FROM_FILES:
         try:
-            parse_policy(spec.value, world)
+            policy_of_file(spec, world)
         except PolicyError as error:
             raise PolicyError(f'{run.mentor.removeprefix("file:")}: {error}') from None
     validate_advice_budget(run.budget, run.advising)

@@ -5,15 +5,18 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from numpy.typing import NDArray
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from comply_ros.learner.confidence import apply_advice_prior
-from comply_ros.learner.exploration import choose, DRAWS
+from comply_ros.learner.exploration import choose, DRAWS, policy_action
+from comply_ros.learner.learned import begin_from, Learned, learned_by
 from comply_ros.learner.learner_config import LearnerConfig
 from comply_ros.learner.learner_state import initial_state, LearnerState
 from comply_ros.learner.model import finish_episode
 from comply_ros.learner.reconfigure import changed_state
 from comply_ros.learner.update_rules import decay_schedules, learn
+from comply_ros.numerics.jit import plain_view
 from comply_ros.numerics.rng import random_streams, UniformRows
 from comply_ros.numerics.summation import mean_in_order
 from comply_ros.world.grid import NO_ACTION
@@ -76,37 +79,59 @@ class Agent:
     ----------
     config: its settings.
     seed: of its decisions.
+    initial: values and beliefs that it begins with, also after a reset; None for none. Its
+        schedules and random numbers begin anew: this does not continue the training before.
 
     Attributes
     ----------
     config: as given, or as changed by `reconfigure`.
+    initial: as given.
+    earlier_advice: `advice[s]` received before this run, or with the initial learning; -1 where
+        none.
+    policy: `policy[s]` that it acts by while it does not learn.
     draws: the random numbers of its decisions, a row for each observation.
     state: what it has learned; set by `start`.
     kernel_config: the settings as kernels take them.
     steps, iterations_done: so far.
     finished: True when all iterations are done.
-    learns: False in the first iterations, which only measure.
 
     """
 
     state: LearnerState
 
-    def __init__(self, config: LearnerConfig, seed: int) -> None:
-        self.config, self._seed = config, seed
+    def __init__(self, config: LearnerConfig, seed: int, initial: Learned | None = None) -> None:
+        self.config, self.initial, self._seed = config, initial, seed
         self.draws = UniformRows(random_streams(seed)[1], DRAWS)
         self.forget_last_action()
 
+    @property
+    def learns(self) -> bool:
+        """Whether it learns from the next step, and does not only measure or act."""
+        return self.config.learns and self.iterations_done >= self.config.measuring_iterations
+
     def start(self, world: World) -> None:
-        """Start to learn in a world, with nothing learned; the random numbers continue."""
-        self._world = world
-        self._use(initial_state(world, self.config))
+        """
+        Start in a world, with the initial learning or nothing; the random numbers continue.
+
+        Raises
+        ------
+        LearningError: if the initial learning is of another world, or does not fit the settings.
+
+        """
+        config, initial, unknown = self.config, self.initial, no_advice(world)
+        state = begin_from(initial, world, config) if initial else initial_state(world, config)
+        self._world, self.earlier_advice = world, initial.advice if initial else unknown
+        if initial and not config.learns:
+            self._act_by(initial.policy, initial.confidence)
+        else:
+            self._act_by(no_advice(world), np.zeros(len(unknown)))
+        self._use(state)
         self.iterations_done, self.steps, self.finished = 0, 0, False
-        self.learns = self.config.measuring_iterations == 0
         self._start_iteration()
         self._whole_episode, self._return = False, 0.0
 
     def reset(self) -> None:
-        """Forget everything that was learned; the random numbers start again from the seed."""
+        """Return to the start, with the initial learning; the random numbers start again."""
         self.draws = UniformRows(random_streams(self._seed)[1], DRAWS)
         self.start(self._world)
         self.forget_last_action()
@@ -115,12 +140,26 @@ class Agent:
         """Learn nothing from the next reward: the last action did not lead to it."""
         self._last_state, self._last_action, self._last_advice = 0, NO_ACTION, NO_ACTION
 
-    def reconfigure(self, config: LearnerConfig) -> None:
-        """Continue under other settings. A finished agent continues if `iterations` changed."""
-        before, self.config = self.config, config
+    def reconfigure(self, config: LearnerConfig, advice: ArrayLike) -> None:
+        """
+        Continue under other settings. A finished agent continues if `iterations` changed.
+
+        advice: `advice[s]` that it received so far, on which it may act if it stops to learn.
+        """
+        before = self.config
+        if before.learns and not config.learns:
+            finish_episode(self.kernel_config, self._views)  # no later one shall change a value
+            learned = self.learned(advice)
+            self._act_by(learned.policy, learned.confidence)
+        self.config = config
         self.finished = self.finished and config.iterations == before.iterations
         self._use(changed_state(self.state, self._world, before, config))
-        self.learns = self.iterations_done >= config.measuring_iterations
+
+    def learned(self, advice: ArrayLike) -> Learned:
+        """Return what was learned, as `learned_by`; advice: `advice[s]` that it received."""
+        learned = learned_by(self.config, self.state, np.array(advice, dtype=np.int8), self._world)
+        return learned if self.config.learns else learned._replace(
+            policy=self.policy, confidence=self._confidence)
 
     def step(self, s: int, step: int, reward: float, terminated: bool, truncated: bool,
              advice: int) -> Decision:
@@ -137,8 +176,11 @@ class Agent:
         """
         u_listen, u_act = self.draws.row()
         config, state, a, p = self.kernel_config, self._views, NO_ACTION, 0.0
-        if not terminated:
-            if self.learns:
+        learns = self.learns
+        if not terminated and not config.learns:
+            a = policy_action(s, u_act, self._policy_view, state.q)
+        elif not terminated:
+            if learns:
                 apply_advice_prior(s, advice, config, state)
             a, p = choose(s, advice, step, u_listen, u_act, config, state)
             if advice != NO_ACTION:
@@ -153,7 +195,7 @@ class Agent:
             self._return += reward
             self._iteration_steps += 1
             self.steps += 1
-            if self.learns:
+            if learns:
                 learn(self._last_state, self._last_action, reward, s, a, terminated,
                       self._last_advice, config, state)
         self._last_state, self._last_action, self._last_advice = s, a, advice
@@ -175,10 +217,10 @@ class Agent:
         """
         temperature = float(self.state.temperature[0])
         mean = mean_in_order(returns)
-        decay_schedules(mean, self.kernel_config, self.state)
+        if self.config.learns:
+            decay_schedules(mean, self.kernel_config, self.state)
         self.iterations_done += 1
         self.finished = self.iterations_done == self.config.iterations
-        self.learns = self.iterations_done >= self.config.measuring_iterations
         confidence = float(confidence_sum / advised) if advised else float('nan')
         return IterationResult(self.iterations_done, mean, confidence, temperature, steps,
                                len(returns))
@@ -186,7 +228,12 @@ class Agent:
     def state_dict(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
         """Return everything needed to continue later: values for JSON, and arrays by name."""
         values = {name.lstrip('_'): getattr(self, name) for name in COUNTERS}
-        return {**values, 'observations': self.draws.used}, dict(self.state._asdict())
+        arrays = self.state._asdict()
+        if (self.earlier_advice != NO_ACTION).any():
+            arrays['earlier_advice'] = self.earlier_advice
+        if not self.config.learns:
+            arrays |= {'policy': self.policy, 'policy_confidence': self._confidence}
+        return {**values, 'observations': self.draws.used}, arrays
 
     def load_state_dict(self, values: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> None:
         """
@@ -200,16 +247,23 @@ class Agent:
         for name in COUNTERS:
             setattr(self, name, values[name.lstrip('_')])
         self.draws.skip_to(values['observations'])
-        self.learns = self.iterations_done >= self.config.measuring_iterations
         for name, array in self.state._asdict().items():
             if arrays[name].shape != array.shape:
                 raise ValueError(f'{name} must have the shape {array.shape}, '
                                  f'got {arrays[name].shape}')
             array[...] = arrays[name]
+        self.earlier_advice = arrays.get('earlier_advice', no_advice(self._world))
+        if not self.config.learns:
+            self._act_by(arrays['policy'], arrays['policy_confidence'])
 
     def _use(self, state: LearnerState) -> None:
         self.state, self._views = state, state.views()
         self.kernel_config = self.config.for_kernels()
+
+    def _act_by(self, policy: NDArray[np.int8], confidence: NDArray[np.float64]) -> None:
+        """Act by `policy[s]`, made with this confidence, while it does not learn."""
+        self.policy, self._confidence = policy, confidence
+        self._policy_view = plain_view(policy)
 
     def _start_iteration(self) -> None:
         self._returns: list[float] = []
@@ -230,3 +284,8 @@ class Agent:
                                        self._iteration_steps)
         self._start_iteration()
         return result
+
+
+def no_advice(world: World) -> NDArray[np.int8]:
+    """Return `advice[s]` of nobody: -1 in every state."""
+    return np.full(len(world.free), NO_ACTION, dtype=np.int8)

@@ -42,6 +42,27 @@ def choose(s: int, advice: int, step: int, u_listen: float, u_act: float,
 
 
 @kernel
+def policy_action(s: int, u: float, policy: Array, q: Array) -> int:
+    """
+    Return the action of `policy[s]`; where it is -1, any action that the state has.
+
+    u: uniform in [0, 1); the actions are equally likely.
+    """
+    if policy[s] >= 0:
+        return policy[s]
+    count = 0
+    for a in range(4):
+        count += int(q[s, a] > NOTHING)
+    pick = int(u * count)
+    for a in range(4):
+        if q[s, a] > NOTHING:
+            if pick == 0:
+                return a
+            pick -= 1
+    return NO_ACTION
+
+
+@kernel
 def softmax_action(s: int, excluded: int, u: float, temperature: float, q: Array) -> int:
     """
     Draw an action of state s by the Gibbs softmax (2.24), without the excluded one (-1: all).

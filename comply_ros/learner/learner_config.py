@@ -111,6 +111,9 @@ class LearnerConfig:
     guided_tolerance: float = _field(
         0.1, 'jump_start: the next stage begins when the return of an iteration is at most this '
         'share below the best one', 0, 1)
+    learns: bool = _field(
+        True, 'False: act by what was learned before, without exploration and without the mentor, '
+        'and learn nothing; a node does so for ever, unless iterations is given too')
     measuring_iterations: int = _field(
         0, 'Number of first iterations that only measure and do not learn', 0, 1_000_000)
     iterations: int = _field(
@@ -137,7 +140,12 @@ class LearnerConfig:
 
     def needs_mentor(self) -> bool:
         """Tell whether a decision waits for a recommendation."""
-        return self.trust != 'none'
+        return self.learns and self.trust != 'none'
+
+    def trusts_by_time(self) -> bool:
+        """Tell whether the confidence depends on the step of the episode, not on the state."""
+        return (self.trust == 'jump_start'
+                or self.trust == 'scheduled' and self.reuse_factor != 1.0)
 
 
 CONFIG_FIELDS = {each.name: each for each in fields(LearnerConfig)}

@@ -22,7 +22,7 @@ SNAPSHOT_ITERATIONS = 600
 def make_policy(spec: MentorSpec, world: World, seed: int,
                 on_progress: Callable[[float], None] = lambda share: None) -> NDArray[np.int8]:
     """
-    `advice[s]` of every mentor but `file`; -1 for no advice.
+    `advice[s]` of every mentor that is not from a file; -1 for no advice.
 
     seed: which one of the mentors of this kind.
     on_progress: called with the share that is done, from 0 to 1, by a mentor that takes long.

@@ -10,8 +10,9 @@ from numpy.typing import ArrayLike
 
 from comply_ros.learner.agent import Agent, IterationResult
 from comply_ros.learner.confidence import apply_advice_prior
-from comply_ros.learner.exploration import choose
-from comply_ros.learner.learner_config import KernelConfig, LearnerConfig
+from comply_ros.learner.exploration import choose, policy_action
+from comply_ros.learner.learned import Learned
+from comply_ros.learner.learner_config import KernelConfig, LearnerConfig, NO_TRUST
 from comply_ros.learner.learner_state import Array, LearnerState
 from comply_ros.learner.model import finish_episode
 from comply_ros.learner.update_rules import learn
@@ -73,18 +74,21 @@ class Training:
     advice: `advice[s]`, the mentor's action, -1 for none; or an `AdviceBudget`.
     config: the settings of the learner.
     seed: of the random numbers of world and learner.
+    initial: values and beliefs to begin with, see `Agent`.
 
     Attributes
     ----------
     agent: the agent, with what it has learned.
+    advice: `advice[s]` that it received, the newest one; -1 where none.
     returns, lengths: of the episodes of the last iteration.
 
     """
 
     def __init__(self, world: World, advice: ArrayLike | AdviceBudget, config: LearnerConfig,
-                 seed: int) -> None:
-        self.agent = Agent(config, seed)
+                 seed: int, initial: Learned | None = None) -> None:
+        self.agent = Agent(config, seed, initial)
         self.agent.start(world)
+        self.advice = self.agent.earlier_advice.copy()
         self._moves = UniformRows(random_streams(seed)[0], 1)
         if not config.needs_mentor():
             advice = np.full(len(world.terminal), NO_ACTION)
@@ -105,6 +109,10 @@ class Training:
     def iterations_done(self) -> int:
         """Number of iterations so far."""
         return self.agent.iterations_done
+
+    def learned(self) -> Learned:
+        """Return what was learned so far; its arrays are not copied."""
+        return self.agent.learned(self.advice)
 
     def iterate(self) -> IterationResult:
         """Play one mini-batch of episodes and return its result."""
@@ -129,13 +137,14 @@ class Training:
     def _arguments(self, learns: bool, position: Position, confidences: Array) -> tuple[Any, ...]:
         return (learns, self._world, self._mentor, self.agent.kernel_config, self.agent.state,
                 position, self.returns, self.lengths, confidences, self._moves.block(),
-                self.agent.draws.block())
+                self.agent.draws.block(), self.agent.policy, self.advice)
 
 
 @kernel
 def play(learns: bool, world: WorldArrays, mentor: MentorArrays, config: KernelConfig,
          state: LearnerState, position: Position, returns: Array, lengths: Array,
-         confidences: Array, moves: Array, decisions: Array) -> tuple[int, Position]:
+         confidences: Array, moves: Array, decisions: Array, policy: Array,
+         received: Array) -> tuple[int, Position]:
     """
     Change the arrays; return the number of states visited and the new position.
 
@@ -146,6 +155,8 @@ def play(learns: bool, world: WorldArrays, mentor: MentorArrays, config: KernelC
     returns, lengths: of the episodes of the iteration.
     confidences: number of decisions with advice, and the sum of their confidences.
     moves, decisions: uniforms of the world and of the learner, a row for each state.
+    policy: `policy[s]` of a learner that does not learn.
+    received: `advice[s]` that the learner received, the newest one.
 
     """
     episode, step, s, a, advice = (
@@ -154,9 +165,13 @@ def play(learns: bool, world: WorldArrays, mentor: MentorArrays, config: KernelC
     while count < most and episode < len(returns):
         r, s2, done, over = next_state(step, s, a, moves[count, 0], world)
         a2, advice2 = NO_ACTION, NO_ACTION
-        if not done:
+        if not done and not config.learns:
+            a2 = policy_action(s2, decisions[count, 1], policy, state.q)
+        elif not done:
             advice2 = advise(s2, mentor.policy, mentor.important, mentor.advised,
                              mentor.remaining, mentor.last_actions)
+            if config.trust != NO_TRUST:
+                received[s2] = advice2
             if learns:
                 apply_advice_prior(s2, advice2, config, state)
             a2, p = choose(s2, advice2, step + 1, decisions[count, 0], decisions[count, 1],

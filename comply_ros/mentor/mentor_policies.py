@@ -17,7 +17,9 @@ Policy = NDArray[np.int8]
 # How a mentor of each kind is written.
 KINDS = {
     'optimal': 'optimal', 'random': 'random', 'adversarial': 'adversarial', 'noisy': 'noisy:P',
-    'snapshot': 'snapshot:Q', 'file': 'file:PATH', 'none': 'none'}
+    'snapshot': 'snapshot:Q', 'file': 'file:PATH', 'learned': 'learned:FILE.npz',
+    'none': 'none'}
+FROM_FILES = ('file', 'learned')  # kinds that are written with a path
 
 
 class MentorSpec(NamedTuple):
@@ -46,7 +48,7 @@ def parse_mentor_spec(text: str) -> MentorSpec:
 
     """
     written, at, coverage = text.rpartition('@')
-    if not at or written.startswith('file:') and not NUMBER.fullmatch(coverage):
+    if not at or written.partition(':')[0] in FROM_FILES and not NUMBER.fullmatch(coverage):
         return _parse_kind(text)
     share = _parse_share('the coverage of MENTOR@COVERAGE', coverage)
     return _parse_kind(written)._replace(coverage=share)

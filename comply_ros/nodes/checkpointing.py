@@ -22,9 +22,12 @@ class Checkpointing:
         self.store: StateStore | None = None
         self.error: str | None = None  # why it cannot write what it has to, in one sentence
 
-    def load(self, identity: Mapping[str, Any], kinds: Sequence[type]) -> Any:
+    def load(self, identity: Mapping[str, Any], kinds: Sequence[type],
+             added: Mapping[str, Any] | None = None) -> Any:
         """
         Return what was stored, None where nothing was; from now on `save` stores more.
+
+        added: as in `StateStore`.
 
         Raises StateError if the node cannot go on from it.
         """
@@ -32,7 +35,7 @@ class Checkpointing:
         if not self._folder:
             return None
         name = self._node.get_fully_qualified_name().strip('/').replace('/', '.')
-        self.store = StateStore(self._folder, name, identity, kinds)
+        self.store = StateStore(self._folder, name, identity, kinds, added or {})
         return self.store.load()
 
     def save(self, machine: Any) -> bool:

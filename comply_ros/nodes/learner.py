@@ -2,6 +2,7 @@
 """The node `learner`: acts in every state, follows the mentor as far as it trusts it, learns."""
 
 from array import array
+from collections.abc import Callable
 from dataclasses import asdict, replace
 import json
 from pathlib import Path
@@ -13,14 +14,15 @@ import numpy as np
 from rclpy.parameter import Parameter as RosParameter
 from std_srvs.srv import Trigger
 
-from comply_ros.learner.confidence import confidence_map
-from comply_ros.learner.learner_config import CONFIG_FIELDS, ConfigError
+from comply_ros.learner.learned import LearningError
+from comply_ros.learner.learner_config import CONFIG_FIELDS, ConfigError, LearnerConfig
 from comply_ros.learner.presets import find_method
 from comply_ros.nodes.clocks import PaceClock, PaceTimer
 from comply_ros.nodes.cost_throttle import CostThrottle
 from comply_ros.nodes.parameters import (
     ADVICE_TIMEOUT,
     config_parameters,
+    INITIAL_LEARNING,
     MAP_PERIOD,
     METHOD,
     ParameterError,
@@ -61,9 +63,9 @@ from comply_ros.protocol.messages import (
 )
 from comply_ros.protocol.validation import rejected_description
 from comply_ros.storage.file_system import path_errors, PathError, printable
-from comply_ros.storage.run_files import save_learning
+from comply_ros.storage.learning_file import read_learning, save_learning
 from comply_ros.storage.state_store import StateError
-from comply_ros.world.planning import greedy, state_values
+from comply_ros.world.planning import state_values
 
 CHANGEABLE = {*CONFIG_FIELDS, REMEMBERS_ADVICE.name, ADVICE_TIMEOUT.name}  # while it runs
 
@@ -74,18 +76,18 @@ class LearnerNode(ProtocolNode):
     def __init__(self, **kwargs: Any) -> None:
         super().__init__('learner', **kwargs)
         name, profile, seed = (self.declare(each) for each in (METHOD, PROFILE, SEED))
-        preset = find_method(name, profile)
-        config = replace(preset, **{each.name: self.declare(each)
-                                    for each in config_parameters(preset)})
-        remembers = self.declare(REMEMBERS_ADVICE)
+        config = self._declare_config(find_method(name, profile))
+        remembers, file = self.declare(REMEMBERS_ADVICE), self.declare(INITIAL_LEARNING)
+        initial = read_learning(file) if file else None
         self._identity = name, seed, remembers
-        self.machine = Learner(config, seed, remembers, 1 + secrets.randbelow(2 ** 32 - 1))
+        self.machine = Learner(config, seed, remembers, 1 + secrets.randbelow(2 ** 32 - 1),
+                               initial)
         self._map_throttle = CostThrottle(self.declare(MAP_PERIOD))
         self._timeout, self._pace_clock = self.declare(ADVICE_TIMEOUT), PaceClock(self)
         self._waiting_since: tuple[StateReward | None, float] = None, 0.0
         self._hears_mentor = False
         self._timeout_timer: PaceTimer | None = None
-        self._load({'method': name, **asdict(config), 'seed': seed,
+        self._load({'method': name, 'learns': config.learns, **asdict(config), 'seed': seed,
                     'remembers_advice': remembers})
         for topic in (DESCRIPTION, ACTION, PROGRESS, TRUST, POLICY, VALUES):
             self.advertise(topic)
@@ -96,6 +98,15 @@ class LearnerNode(ProtocolNode):
         self.on_parameters_set(self._change, self._check_changes)
         self.serve(Trigger, RESET, self.reset)
         self._publish_saved()
+
+    def _declare_config(self, preset: LearnerConfig) -> LearnerConfig:
+        """Declare the fields of the settings and return them; without learning, without end."""
+        parameters = {each.name: each for each in config_parameters(preset)}
+        learns = self.declare(parameters.pop('learns'))
+        if not learns:
+            parameters['iterations'] = parameters['iterations']._replace(default=0)
+        return replace(preset, learns=learns, **{name: self.declare(each)
+                                                 for name, each in parameters.items()})
 
     def on_state(self, msg: StateReward) -> Outputs:
         """Return the action in a state, and the maps when an iteration ends."""
@@ -108,21 +119,19 @@ class LearnerNode(ProtocolNode):
 
     def on_world(self, msg: WorldDescription) -> Outputs:
         """Return outputs for a world, and for a state of it that came before."""
-        step_count = self.machine.step_count
-        try:
-            return self._in_its_world(self.machine.on_world(msg), step_count)
-        except ValueError as error:
-            return (rejected_description(error),)
+        return self._in_its_world(lambda: self.machine.on_world(msg))
 
     def tick(self) -> Outputs:
         """Return the outputs that are due once a second."""
-        return self._in_its_world(super().tick(), self.machine.step_count)
+        return self._in_its_world(super().tick)
 
     def reset(self, request: Any, response: Any) -> Any:
-        """Serve `~/reset`: forget everything that was learned."""
+        """Serve `~/reset`: forget everything that was learned since the start."""
         self.respond(self._with_new_maps(self.machine.reset()))
         self._publish_description()
-        response.success, response.message = True, 'nothing is learned'
+        initial = self.machine.agent.initial
+        response.success, response.message = True, \
+            f'it begins again with {initial.source}' if initial else 'nothing is learned'
         return response
 
     def save(self, request: Any, response: Any) -> Any:
@@ -151,7 +160,7 @@ class LearnerNode(ProtocolNode):
                 place = Path(path).expanduser()
                 if place.exists() and not place.is_file():  # as root, a device would be replaced
                     return 'there is something that is not a file'
-                save_learning(place, machine.config, machine.state, machine.advice())
+                save_learning(place, machine.learned())
         except PathError as error:
             return str(error)
         return None
@@ -163,7 +172,7 @@ class LearnerNode(ProtocolNode):
     def _load(self, identity: dict[str, Any]) -> None:
         """Continue from the saved state, if there is one."""
         saved, machine = self.checkpointing.load(
-            identity, (AnsweredObservation, Recommendation)), self.machine
+            identity, (AnsweredObservation, Recommendation), {'learns': True}), self.machine
         self._home: str | None = None  # the hash of the world that the state is of
         if saved is None:
             return
@@ -174,6 +183,9 @@ class LearnerNode(ProtocolNode):
         self._home = machine.tracker.description.sha256
         self.get_logger().info(f'continues after {machine.agent.steps} steps '
                                f'({len(saved[2])} of them from its journal)')
+        if machine.agent.initial:
+            self.get_logger().info('initial_learning is not used: the checkpoint in state_dir '
+                                   'counts more; it is what a reset returns to')
 
     def _publish_saved(self) -> None:
         if self._home is None:
@@ -218,15 +230,23 @@ class LearnerNode(ProtocolNode):
     def _with_new_maps(self, outputs: Outputs) -> Outputs:
         return (*outputs, *self._maps()) if outputs else ()
 
-    def _in_its_world(self, outputs: Outputs, step_count: int) -> Outputs:
+    def _in_its_world(self, follow: Callable[[], Outputs]) -> Outputs:
         """
         Return the outputs, and the description of the learner before the first action of a run.
 
-        Where the saved state is of another world, return none, and end.
+        Where the saved state or the initial learning is of another world, return none, and end.
 
-        step_count: number of observations answered before.
+        follow: returns the outputs of a state machine that may follow another world.
 
         """
+        step_count = self.machine.step_count
+        try:
+            outputs = follow()
+        except LearningError as error:
+            self.mistake = error
+            return ()
+        except ValueError as error:
+            return (rejected_description(error),)
         description = self.machine.tracker.description
         if outputs and type(outputs[0]) is Notice:
             outputs = (outputs[0], self._describe(step_count), *outputs[1:])
@@ -280,9 +300,9 @@ class LearnerNode(ProtocolNode):
         machine = self.machine
         world, q = machine.tracker.world, machine.state.q
         shape = machine.tracker.run, world.grid.width, world.grid.height
-        trust = confidence_map(machine.config, machine.state, machine.advice())
-        return (Trust(*shape, array('f', trust.astype(np.float32).tobytes())),
-                Policy(*shape, array('b', greedy(q, world.free).tobytes())),
+        learned = machine.learned()
+        return (Trust(*shape, array('f', learned.confidence.astype(np.float32).tobytes())),
+                Policy(*shape, array('b', learned.policy.tobytes())),
                 Values(*shape, array('d', state_values(q, world.free).tobytes())),
                 self._describe(machine.step_count, machine.state.digest()))
 
@@ -290,11 +310,14 @@ class LearnerNode(ProtocolNode):
         """Return the description of this learner after so many answers."""
         name, seed, remembers = self._identity
         remembers = self.machine.changes.get(REMEMBERS_ADVICE.name, remembers)
+        settings, initial = asdict(self.machine.config), self.machine.agent.initial
+        if initial:
+            settings[INITIAL_LEARNING.name] = initial.state.digest()
         return LearnerDescription(
             self.machine.tracker.run, self.machine.number, step_count, name,
-            json.dumps(asdict(self.machine.config)), seed, remembers, digest)
+            json.dumps(settings), seed, remembers, digest)
 
 
 def main(argv: list[str]) -> int:
     """Run the node; return the exit code."""
-    return run_node(LearnerNode, argv, (ParameterError, ConfigError, StateError))
+    return run_node(LearnerNode, argv, (ParameterError, ConfigError, LearningError, StateError))

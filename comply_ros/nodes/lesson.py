@@ -23,11 +23,13 @@ from rclpy.signals import SignalHandlerOptions
 import yaml
 
 from comply_ros.learner.learner_config import ConfigError
+from comply_ros.mentor.mentor_policies import FROM_FILES
 from comply_ros.nodes.node_processes import NodeDied, NodeProcess, run_nodes
 from comply_ros.nodes.parameters import FASTEST, SLOWEST
 from comply_ros.nodes.run_monitor import LessonFailed, RunMonitor
 from comply_ros.nodes.spin import POLL_PERIOD
 from comply_ros.nodes.topics import ANOTHER
+from comply_ros.storage.learning_file import read_learning
 from comply_ros.terminal.command_line import real_number
 from comply_ros.terminal.interrupts import check, interrupts, StopFlag
 from comply_ros.terminal.training_options import main_with, training_parser, TrainingOptions
@@ -126,8 +128,10 @@ def _start_and_watch(options, monitor, discovered, stop, disturbance):
         for process in monitor.processes:
             process.release()
         with disturbance(monitor.processes):
-            return reference, *watch(options, monitor, executor, stop,
-                                     lambda text: bar.update(task, now=text))
+            advice, outcome = watch(options, monitor, executor, stop,
+                                    lambda text: bar.update(task, now=text))
+    policy = read_learning(options.out / 'learning.npz').policy
+    return reference, advice, {**outcome, 'policy_return': reference.return_of(policy)}
 
 
 @contextmanager
@@ -160,9 +164,10 @@ def running(options: TrainingOptions, held: bool = False,
 
 def write_parameters(options: TrainingOptions) -> Path:
     """Write the parameter file of the lesson and return its path."""
-    mentor = options.mentor
-    if mentor.startswith('file:'):
-        mentor = f'file:{_absolute(mentor.removeprefix("file:"))}'
+    kind, _, value = options.mentor.partition(':')
+    mentor = f'{kind}:{_absolute(value)}' if kind in FROM_FILES else options.mentor
+    initial = str(Path(options.initial_learning or '').expanduser().resolve()) \
+        if options.initial_learning else ''
     common = {'profile': options.profile, 'seed': options.seed}
     state = {'state_dir': str((options.out / STATE).resolve())} if options.args.respawn else {}
     parameters = {
@@ -170,6 +175,7 @@ def write_parameters(options: TrainingOptions) -> Path:
         'mentor': {'mentor': mentor, 'seed': options.mentor_seed, 'budget': options.budget,
                    'advising': options.advising, **state},
         'learner': {'method': options.method, **common, **asdict(options.config), **state,
+                    'initial_learning': initial,
                     'remembers_advice': not (options.budget and options.advising == 'mistakes')}}
     path = options.out / 'parameters.yaml'
     table = {f'/**/{name}': {'ros__parameters': values} for name, values in parameters.items()}

@@ -74,8 +74,9 @@ METHOD = Parameter(
     'method', 'beta_implicit', 'Learning method; sets the defaults of the parameters below',
     choices=tuple(METHODS['published']))
 MENTOR = Parameter(
-    'mentor', 'snapshot:0.75', 'optimal, random, adversarial, noisy:P, snapshot:Q, file:PATH '
-    'or none; with @C behind it, advice in a share C of the states only')
+    'mentor', 'snapshot:0.75', 'optimal, random, adversarial, noisy:P, snapshot:Q, file:PATH, '
+    'learned:FILE.npz (what a learner has learned and saved) or none; with @C behind it, advice '
+    'in a share C of the states only')
 BUDGET = Parameter(
     'budget', UNLIMITED, 'Recommendations that the mentor may give; 0: no limit',
     (0, 1_000_000_000))
@@ -98,6 +99,10 @@ PATIENCE = Parameter(
     'before the recommendation is no advice', (0.05, 3600), read_only=False)
 POLICY_FILE = Parameter(
     'policy_file', 'policy.txt', 'File to which a human mentor saves the policy')
+INITIAL_LEARNING = Parameter(
+    'initial_learning', '', 'File that a learner has saved (learning.npz), of the same world: '
+    'begin with its values and beliefs. It is no checkpoint: schedules, counts and random numbers '
+    'begin anew. A checkpoint in state_dir counts more; empty: begin with nothing')
 STATE_DIR = Parameter(
     'state_dir', '', 'Folder for the checkpoint and journal with which the node goes on after a '
     'kill as if nothing had happened; empty: nothing is stored')

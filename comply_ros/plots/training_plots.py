@@ -29,8 +29,13 @@ Summary = Mapping[str, Any]  # of a run, as in `summary.json`
 
 
 def draw_learning_curve(path: Path, curves: NDArray[np.float64], summary: Summary) -> None:
+    """Write a PNG of a `learning_curve_figure`."""
+    write_picture(learning_curve_figure(curves, summary), path)
+
+
+def learning_curve_figure(curves: NDArray[np.float64], summary: Summary) -> Figure:
     """
-    Write a PNG of the mean return per iteration, with the optimal and the mentor's return.
+    Return a figure of the mean return per iteration, with the optimal and the mentor's return.
 
     curves: `curves[seed, iteration]`. summary: of the first seed.
     """
@@ -52,7 +57,7 @@ def draw_learning_curve(path: Path, curves: NDArray[np.float64], summary: Summar
     axes.set(xlabel=f'iteration ({summary["episodes"]} episodes each)',
              ylabel='mean return of an episode', xlim=(1, max(2, len(iterations))))
     axes.legend(frameon=False, loc='center right')
-    write_picture(figure, path)
+    return figure
 
 
 def draw_episode_lengths(path: Path, episodes: Sequence[Episode], step_limit: int,
@@ -76,10 +81,16 @@ def draw_episode_lengths(path: Path, episodes: Sequence[Episode], step_limit: in
 def draw_trust_map(path: Path, world: World, advice: NDArray[np.int8],
                    confidence: NDArray[np.float64], visited: NDArray[np.bool_],
                    summary: Summary) -> None:
-    """Write a PNG of a `trust_figure`."""
+    """Write a PNG of a `trust_map_figure`."""
+    write_picture(trust_map_figure(world, advice, confidence, visited, summary), path)
+
+
+def trust_map_figure(world: World, advice: NDArray[np.int8], confidence: NDArray[np.float64],
+                     visited: NDArray[np.bool_], summary: Summary) -> Figure:
+    """Return a `trust_figure` of a training; summary: of its run."""
     title = (f'Where {summary["method"]} follows its mentor ({summary["mentor"]}); '
              'grey: never visited')
-    write_picture(trust_figure(world, title, advice, confidence, visited), path)
+    return trust_figure(world, title, advice, confidence, visited)
 
 
 def _new_axes(summary: Summary) -> tuple[Figure, Axes]:

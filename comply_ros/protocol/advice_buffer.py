@@ -13,7 +13,6 @@ from comply_ros.protocol.messages import (
     StepId,
 )
 from comply_ros.protocol.validation import validate_recommendation
-from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
 
 REMEMBERED = 1000  # past observations for which late advice still counts
@@ -88,9 +87,9 @@ class AdviceBuffer:
                          f'observation that was made, got step id {step_id(before)} after '
                          f'{self._newest}'),)
 
-    def advice(self, states: int) -> NDArray[np.int8]:
-        """Return `advice[s]`: the newest action in a state, -1 where there is none."""
-        advice = np.full(states, NO_ACTION, dtype=np.int8)
+    def advice(self, before: NDArray[np.int8]) -> NDArray[np.int8]:
+        """Return `advice[s]`: the newest action in a state, where there is none that of before."""
+        advice = before.copy()
         advice[list(self._advice)] = [msg.action for msg in self._advice.values()]
         return advice
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from comply_ros.learner.agent import Agent, Decision
+from comply_ros.learner.learned import Learned
 from comply_ros.learner.learner_config import CONFIG_FIELDS, LearnerConfig
 from comply_ros.learner.learner_state import LearnerState
 from comply_ros.learner.reconfigure import changed_config
@@ -47,6 +48,7 @@ class Learner:
         that advice. New advice in the state counts from the next visit on. With a mentor that
         does not change its advice, the bits are the same.
     number: tells this learner from every other; not 0.
+    initial: values and beliefs to begin with, see `Agent`.
 
     Attributes
     ----------
@@ -63,8 +65,8 @@ class Learner:
     """
 
     def __init__(self, config: LearnerConfig, seed: int, remembers_advice: bool = True,
-                 number: int = 1) -> None:
-        self.agent, self.tracker = Agent(config, seed), RunTracker(self._start_run)
+                 number: int = 1, initial: Learned | None = None) -> None:
+        self.agent, self.tracker = Agent(config, seed, initial), RunTracker(self._start_run)
         self.number, self._remembers_advice = number, remembers_advice
         self._advice = AdviceBuffer()
         self.reports: deque[Progress] = deque(maxlen=REPORTS)
@@ -94,8 +96,16 @@ class Learner:
         return self.tracker.world is not None and self.agent.finished
 
     def advice(self) -> NDArray[np.int8]:
-        """Return `advice[s]`: the mentor's newest action in a state, -1 where there is none."""
-        return self._advice.advice(len(self._world.terminal))
+        """
+        Return `advice[s]`: the mentor's newest action in a state, -1 where there is none.
+
+        Where it gave none in this run, that of an earlier one, or of the initial learning.
+        """
+        return self._advice.advice(self.agent.earlier_advice)
+
+    def learned(self) -> Learned:
+        """Return what was learned in this world; there must be one. Its arrays are not copied."""
+        return self.agent.learned(self.advice())
 
     def waiting_for(self) -> str | None:
         """Text of what this learner needs to continue; None where it has everything."""
@@ -245,12 +255,15 @@ class Learner:
         return (self._action,)
 
     def reset(self) -> Outputs:
-        """Forget everything that was learned; return outputs. The run continues."""
+        """Forget what was learned since the start; return outputs. The run continues."""
         if self.tracker.world is None:
             return ()
         self._advice.forget()
         self.needs_checkpoint = True
-        return (Notice('forgets everything that it learned'), *self._restart_agent())
+        initial = self.agent.initial
+        text = f'begins again from {initial.source}' if initial else \
+            'forgets everything that it learned'
+        return (Notice(text), *self._restart_agent())
 
     def _restart_agent(self) -> Outputs:
         self.agent.reset()
@@ -290,7 +303,7 @@ class Learner:
             self.agent.config = config
             return ()
         self.needs_checkpoint = True
-        self.agent.reconfigure(config)
+        self.agent.reconfigure(config, self.advice())
         words = ', '.join(f'{name} {value}' for name, value in changes.items())
         outputs = () if self.agent.finished else self._wake()
         if not config.needs_mentor():
@@ -353,17 +366,27 @@ class Learner:
         description = self.tracker.description
         assert description is not None
         had_learned = self.step_count > 1
+        if not self.tracker.world_changed:
+            self.agent.earlier_advice = self.advice()
         self._advice = AdviceBuffer(description.run)
         self._forget_answers()
         self.agent.forget_last_action()
         text = f'continues in world {description.name!r}, run {description.run}'
         if self.tracker.world_changed:
             self.agent.start(self._world)
-            text = f'starts to learn in world {description.name!r}, run {description.run}'
+            text = self._start_text(f'in world {description.name!r}, run {description.run}')
         elif is_reset and not had_learned:  # as at a fresh start
             self._restart_agent()
         self.needs_checkpoint = True
         return (Notice(text),)
+
+    def _start_text(self, place: str) -> str:
+        """Return the line for the log with which this learner starts in a place."""
+        agent = self.agent
+        source = f', with {agent.initial.source}' if agent.initial else ''
+        if agent.config.learns:
+            return f'starts to learn {place}{source}'
+        return f'acts {place}{source or ", with nothing learned"}, and learns nothing'
 
     def _forget_answers(self) -> None:
         self.waiting: StateReward | None = None

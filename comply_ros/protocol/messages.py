@@ -12,6 +12,7 @@ from comply_ros.world.grid import Grid, NO_ACTION
 ANYONE = 0  # the number of any learner
 NO_RUN = 0  # the number of no run; runs have numbers from 1 upwards
 LONGEST_NAME = 255  # characters of the name of a world, as of a file
+INITIAL_LEARNING = 'initial_learning'  # in the settings of a `LearnerDescription`: its digest
 REPORTS = 1000  # reports of episodes and iterations that late subscribers receive
 
 StepId = tuple[int, int]  # (episode, step): later messages of a run have greater ones

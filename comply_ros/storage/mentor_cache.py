@@ -8,8 +8,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from comply_ros.learner.learned import LearningError
 from comply_ros.learner.snapshot_mentor import make_policy
 from comply_ros.mentor.mentor_policies import (
+    FROM_FILES,
     MentorError,
     MentorSpec,
     parse_mentor_spec,
@@ -19,6 +21,7 @@ from comply_ros.mentor.policy import PolicyError
 from comply_ros.mentor.policy_text import format_policy, parse_policy
 from comply_ros.storage.file_system import atomic_write, PathError
 from comply_ros.storage.kernel_cache import cache_folder
+from comply_ros.storage.learning_file import read_learning
 from comply_ros.storage.user_files import read_text
 from comply_ros.storage.versions import ALGORITHM_VERSION, FORMAT_VERSION
 from comply_ros.world.mdp import World
@@ -26,7 +29,9 @@ from comply_ros.world.mdp import World
 
 def read_mentor_spec(text: str) -> MentorSpec:
     """
-    `MentorSpec` of a mentor; the `file:` kind carries the text of its file, read now.
+    `MentorSpec` of a mentor; one from a file carries what is in it, read now.
+
+    The value of the `file:` kind is a text, that of the `learned:` kind a `Learned`.
 
     Raises
     ------
@@ -34,6 +39,11 @@ def read_mentor_spec(text: str) -> MentorSpec:
 
     """
     spec = parse_mentor_spec(text)
+    if spec.kind == 'learned':
+        try:
+            return spec._replace(value=read_learning(spec.value))
+        except LearningError as error:
+            raise MentorError(str(error)) from None
     if spec.kind != 'file':
         return spec
     try:
@@ -58,16 +68,27 @@ def mentor_policy(spec: MentorSpec, world: World, seed: int,
 
     Raises
     ------
-    PolicyError: for a policy file that does not fit the world.
+    PolicyError: for a policy file, or a learning, that does not fit the world.
 
     """
-    if spec.kind == 'file':
-        policy = parse_policy(spec.value, world)
+    if spec.kind in FROM_FILES:
+        policy = policy_of_file(spec, world)
     elif spec.kind == 'snapshot':
         policy = _cached_policy(spec, world, seed, on_progress)
     else:
         policy = make_policy(spec, world, seed, on_progress)
     return sparse_policy(policy, world, spec.coverage, seed)
+
+
+def policy_of_file(spec: MentorSpec, world: World) -> NDArray[np.int8]:
+    """`policy[s]` that a mentor from a file carries; the errors are those of `mentor_policy`."""
+    if spec.kind == 'file':
+        return parse_policy(spec.value, world)
+    try:
+        spec.value.validate(world)
+    except LearningError as error:
+        raise PolicyError(str(error)) from None
+    return spec.value.policy
 
 
 def _cached_policy(spec: MentorSpec, world: World, seed: int,

@@ -1,19 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The files of a training: `learning.npz`, `summary.json`, and the numbers in it."""
+"""The folder of a training's results, `summary.json`, and the numbers in it."""
 
 import json
 from pathlib import Path
 import tempfile
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from comply_ros.learner import metrics
-from comply_ros.learner.confidence import confidence_map
-from comply_ros.learner.learner_config import LearnerConfig
-from comply_ros.learner.learner_state import LearnerState
 from comply_ros.storage.file_system import atomic_write, path_errors, PathError
+from comply_ros.storage.training_spec import TrainingSpec
 from comply_ros.world.planning import ReferenceReturns
 
 FILES = ('summary.json', 'learning.npz', 'learning_curve.png', 'trust_map.png', 'mentor.txt')
@@ -47,54 +42,36 @@ def prepare_folder(path: str | Path) -> Path:
     return folder
 
 
-def save_learning(path: str | Path, method: LearnerConfig, memory: LearnerState,
-                  advice: NDArray[np.int8]) -> None:
-    """
-    Write the learner's arrays and `confidence[s]` to an .npz file, as a whole.
-
-    advice: `advice[s]` that the confidence is in, -1 where the mentor gave none.
-
-    Raises
-    ------
-    OSError: if it cannot be written; the file is as before.
-
-    """
-    path = Path(path).expanduser()
-    arrays = memory._asdict()
-    with atomic_write(path) as part, part.open('wb') as file:
-        np.savez_compressed(
-            file, **arrays, confidence=confidence_map(method, memory, advice))
-
-
-def summarize(options: Any, reference: ReferenceReturns, mentor_return: float | None, *,
+def summarize(training: TrainingSpec, reference: ReferenceReturns, mentor_return: float | None, *,
               seed: int, returns: list[float], steps: int, wall_seconds: float,
-              digest: str) -> dict[str, Any]:
+              digest: str, policy_return: float) -> dict[str, Any]:
     """
     One training as the table that `summary.json` holds; nothing in it is infinite or nan.
 
-    options: the `TrainingOptions` of the command.
     mentor_return: exact expected return of the mentor's policy, None without a mentor.
     returns: mean return of each iteration; convergence, ratio and regret are of those that learn.
     digest: of the learner's arrays.
+    policy_return: exact expected return of the policy that was learned.
     """
-    counted = returns[options.config.measuring_iterations:]
-    threshold = metrics.threshold(options.profile, reference.optimal_return)
-    convergence = metrics.time_to_convergence(options.profile, counted, threshold)
+    counted = returns[training.config.measuring_iterations:]
+    threshold = metrics.threshold(training.profile, reference.optimal_return)
+    convergence = metrics.time_to_convergence(training.profile, counted, threshold)
     optimality = None if mentor_return is None else reference.optimality(mentor_return)
     return {
-        'map': options.map_name, 'profile': options.profile, 'method': options.method,
-        'mentor': options.mentor, 'mentor_seed': options.mentor_seed,
-        'budget': options.budget, 'advising': options.advising,
+        'map': training.map_name, 'profile': training.profile, 'method': training.method,
+        'mentor': training.mentor, 'mentor_seed': training.mentor_seed,
+        'budget': training.budget, 'advising': training.advising,
         'mentor_return': mentor_return, 'mentor_optimality': optimality,
         'optimal_return': reference.optimal_return, 'random_return': reference.random_return,
         'seed': seed, 'iterations': len(returns),
-        'measuring_iterations': len(returns) - len(counted), 'episodes': options.config.episodes,
-        'settings': options.settings, 'steps': steps, 'wall_seconds': wall_seconds,
+        'measuring_iterations': len(returns) - len(counted), 'episodes': training.config.episodes,
+        'initial_learning': training.initial_learning, 'settings': training.settings,
+        'steps': steps, 'wall_seconds': wall_seconds,
         'steps_per_second': steps / wall_seconds, 'return_per_iteration': list(returns),
         'convergence_threshold': threshold, 'time_to_convergence': convergence,
         'reward_ratio': metrics.reward_ratio(counted, convergence, reference.optimal_return),
         'regret': metrics.regret(counted, reference.optimal_return),
-        'final_return': returns[-1], 'digest': digest}
+        'final_return': returns[-1], 'policy_return': policy_return, 'digest': digest}
 
 
 def write_json(path: Path, table: dict[str, Any]) -> Path:

@@ -57,6 +57,7 @@ class StateStore:
     name: of the node.
     identity: table of what must be the same for a node to continue the state.
     kinds: the NamedTuples of numbers that the journal can hold.
+    added: what older checkpoints do not have in their identity, and the value that it had then.
 
     Attributes
     ----------
@@ -72,8 +73,8 @@ class StateStore:
     """
 
     def __init__(self, folder: str | Path, name: str, identity: Mapping[str, Any],
-                 kinds: Sequence[type[Any]]) -> None:
-        self._name, self._kinds = name, kinds
+                 kinds: Sequence[type[Any]], added: Mapping[str, Any] | None = None) -> None:
+        self._name, self._kinds, self._added = name, kinds, added or {}
         self._identity = json.loads(json.dumps(identity))
         try:
             with path_errors():
@@ -114,7 +115,7 @@ class StateStore:
             digest, facts, arrays = unpack_checkpoint(content)
         except CheckpointError as error:
             raise self._error(self._checkpoint, str(error)) from None
-        identity = facts.pop('identity')
+        identity = {**self._added, **facts.pop('identity')}
         for name in (*self._identity, *identity):
             here, there = self._identity.get(name), identity.get(name)
             if here != there:

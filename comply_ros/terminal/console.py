@@ -110,6 +110,8 @@ def _rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
             '' if optimality is None else f', {optimality:.1%} optimal'))
     yield 'random policy', f'{summary["random_return"]:.2f}', ''
     yield 'learner, first', f'{returns[0]:.2f}', f'{summary["method"]}, mean of an iteration'
+    yield ('learned policy', f'{summary["policy_return"]:.2f}',
+           'expected return without exploration')
     yield 'learner, last', f'{returns[-1]:.2f}', f'iteration {len(returns)}'
     counted = len(returns) - summary['measuring_iterations']
     rule = 'at or below' if summary['profile'] == 'published' else 'until the return stays above'

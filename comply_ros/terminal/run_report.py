@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from importlib import import_module
 from multiprocessing import get_context
 import os
+from pathlib import Path
 import signal
 from typing import Any
 
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 
 from comply_ros.mentor.policy_text import format_policy
 from comply_ros.storage.run_files import summarize, write_json
+from comply_ros.storage.training_spec import TrainingSpec
 from comply_ros.terminal.console import show_table
 from comply_ros.terminal.interrupts import end_with_parent
 from comply_ros.terminal.training_options import TrainingOptions
@@ -23,7 +25,8 @@ from comply_ros.world.planning import ReferenceReturns
 PLOTS = 'comply_ros.plots.training_plots'  # loaded when it is used: it loads matplotlib
 Plot = Callable[..., Future]  # called with the name of a function of PLOTS, and its arguments
 PER_SEED = ('seed', 'steps', 'wall_seconds', 'steps_per_second', 'return_per_iteration',
-            'time_to_convergence', 'reward_ratio', 'regret', 'final_return', 'digest')
+            'time_to_convergence', 'reward_ratio', 'regret', 'final_return',
+            'policy_return', 'digest')
 
 
 def plot_here(name: str, *arguments: Any) -> Future:
@@ -62,34 +65,43 @@ def _plot(name: str, *arguments: Any) -> None:
 
 def report_training(options: TrainingOptions, reference: ReferenceReturns,
                     advice: NDArray[np.int8], outcomes: Sequence[dict[str, Any]],
-                    plot: Plot = plot_here) -> dict[str, Any]:
+                    plot: Plot = plot_here) -> None:
+    """Write and show the results of a training, as `write_results`."""
+    summary, files = write_results(options, options.out, reference, advice, outcomes, plot)
+    first = summary if len(outcomes) == 1 else {
+        key: value[0] if key in PER_SEED else value for key, value in summary.items()}
+    show_table(first, [each['seed'] for each in outcomes], files)
+
+
+def write_results(training: TrainingSpec, folder: Path, reference: ReferenceReturns,
+                  advice: NDArray[np.int8], outcomes: Sequence[dict[str, Any]],
+                  plot: Plot = plot_here) -> tuple[dict[str, Any], list[Path]]:
     """
-    Write and show the results of a training; return its summary.
+    Write the results of a training; return its summary and the paths of the files.
 
     reference: of the world of the training. advice: `advice[s]` of the mentor.
-    outcomes: one table for each seed, with `seed, returns, steps, wall_seconds, digest`;
-        `learning.npz` of the first is already in the folder.
+    outcomes: one table for each seed, with the arguments of `summarize`; `learning.npz` of the
+        first is already in the folder.
     """
-    has_mentor = options.spec.kind != 'none'
+    has_mentor = training.spec.kind != 'none'
     mentor_return = reference.return_of(advice) if has_mentor else None
-    summaries = [summarize(options, reference, mentor_return, **each) for each in outcomes]
+    summaries = [summarize(training, reference, mentor_return, **each) for each in outcomes]
     first = summaries[0]
     summary = first if len(summaries) == 1 else {
         key: [each[key] for each in summaries] if key in PER_SEED else value
         for key, value in first.items()}
-    files = [write_json(options.out / 'summary.json', summary), options.out / 'learning.npz',
-             options.out / 'learning_curve.png']
+    files = [write_json(folder / 'summary.json', summary), folder / 'learning.npz',
+             folder / 'learning_curve.png']
     curves = np.array([each['returns'] for each in outcomes])
     plots = [plot('draw_learning_curve', files[-1], curves, first)]
     if has_mentor:
-        files.append(options.out / 'mentor.txt')
+        files.append(folder / 'mentor.txt')
         files[-1].write_text(format_policy(advice, reference.world))
-    if has_mentor and options.config.needs_mentor():
-        files.append(options.out / 'trust_map.png')
-        with np.load(options.out / 'learning.npz') as learned:
+    if has_mentor and training.config.needs_mentor():
+        files.append(folder / 'trust_map.png')
+        with np.load(folder / 'learning.npz') as learned:
             plots.append(plot('draw_trust_map', files[-1], reference.world, advice,
                               learned['confidence'], learned['departures'] > 1, first))
     for each in plots:
         each.result()
-    show_table(first, [each['seed'] for each in summaries], files)
-    return summary
+    return summary, files

@@ -6,53 +6,37 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 import sys
-from typing import Any
 
-from comply_ros.learner.learner_config import ConfigError, LearnerConfig, with_text
-from comply_ros.learner.presets import find_method, METHODS
-from comply_ros.mentor.advice_budget import UNLIMITED, validate_advice_budget
-from comply_ros.mentor.mentor_policies import MentorError, MentorSpec
-from comply_ros.mentor.policy_text import parse_policy, PolicyError
-from comply_ros.numerics.rng import SEED_LIMIT
-from comply_ros.storage.map_files import map_names, read_map
-from comply_ros.storage.mentor_cache import read_mentor_spec
+from comply_ros.learner.learned import LearningError
+from comply_ros.learner.learner_config import ConfigError
+from comply_ros.learner.presets import METHODS
+from comply_ros.mentor.advice_budget import UNLIMITED
+from comply_ros.mentor.mentor_policies import FROM_FILES, MentorError
+from comply_ros.mentor.policy import PolicyError
+from comply_ros.storage.map_files import map_names
 from comply_ros.storage.run_files import OutputError, prepare_folder
+from comply_ros.storage.training_spec import spec_training, TrainingSpec
 from comply_ros.terminal.command_line import CommandParser, whole_number
-from comply_ros.world.grid import Grid, MapError
-from comply_ros.world.mdp import World
+from comply_ros.world.grid import MapError
 from comply_ros.world.planning import PlanningError
 
 # Their messages are for the user.
-MISTAKES = (MapError, MentorError, ConfigError, OutputError, PlanningError, PolicyError)
+MISTAKES = (MapError, MentorError, ConfigError, LearningError, OutputError, PlanningError,
+            PolicyError)
 
 
 @dataclass(frozen=True)
-class TrainingOptions:
+class TrainingOptions(TrainingSpec):
     """
     The options of a training, checked.
 
     Attributes
     ----------
-    settings: the fields of the method that `--set`, `--iterations` and `--episodes` changed.
-    budget, advising: how many recommendations the mentor has, and when it gives one.
-    grid, config, spec: what the names of map, method and mentor stand for.
     out: folder for the results.
     args: the parsed command line, for options that only one command has.
 
     """
 
-    map_name: str
-    profile: str
-    method: str
-    mentor: str
-    mentor_seed: int
-    seed: int
-    settings: dict[str, Any]
-    budget: int
-    advising: str
-    grid: Grid
-    config: LearnerConfig
-    spec: MentorSpec
     out: Path
     args: argparse.Namespace
 
@@ -66,8 +50,9 @@ def training_parser(program: str, description: str) -> argparse.ArgumentParser:
     add('--method', default='beta_implicit', metavar='NAME',
         help=f'{", ".join(METHODS["published"])} (default: %(default)s)')
     add('--mentor', default='snapshot:0.75', metavar='SPEC',
-        help='optimal, random, adversarial, noisy:P, snapshot:Q, file:PATH or none; with @C '
-        'behind it, in a share C of the states only (default: %(default)s)')
+        help='optimal, random, adversarial, noisy:P, snapshot:Q, file:PATH, learned:FILE.npz '
+        '(what another training learned) or none; with @C behind it, in a share C of the states '
+        'only (default: %(default)s)')
     add('--mentor-seed', type=whole_number, default=0, metavar='K',
         help='which one of the mentors of this kind (default: %(default)s)')
     add('--budget', type=whole_number, default=UNLIMITED, metavar='N',
@@ -82,6 +67,9 @@ def training_parser(program: str, description: str) -> argparse.ArgumentParser:
     add('--iterations', metavar='N', help='(default: that of the method, mostly 400)')
     add('--episodes', metavar='N', help='per iteration (default: that of the method, mostly 15)')
     add('--seed', type=whole_number, default=0, metavar='K', help='(default: %(default)s)')
+    add('--from', metavar='FILE.npz', dest='initial_learning',
+        help='begin with the values and beliefs of a learning.npz of the same world; schedules, '
+        'counts and random numbers begin anew: it does not continue that training')
     add('--set', action='append', default=[], metavar='FIELD=VALUE', dest='changes',
         help='change one field of the method; may be repeated')
     add('--out', metavar='DIR', help='(default: runs/MAP-METHOD-MENTOR-SEED)')
@@ -90,26 +78,15 @@ def training_parser(program: str, description: str) -> argparse.ArgumentParser:
 
 def check_options(args: argparse.Namespace) -> TrainingOptions:
     """Return the checked options, with the folder made; raises one of MISTAKES."""
-    config = find_method(args.method, args.profile)
-    settings = {}
-    for name, text in _changes(args):
-        config = with_text(config, name, text)
-        settings[name] = getattr(config, name)
-    if config.iterations == 0:
-        raise ConfigError('a training needs an end: iterations must be at least 1, got 0')
-    for name in ('seed', 'mentor_seed'):
-        if not 0 <= getattr(args, name) <= SEED_LIMIT:
-            raise ConfigError(f'{name} must lie in [0, {SEED_LIMIT}], got {getattr(args, name)}')
-    validate_advice_budget(args.budget, args.advising)
-    grid, spec = read_map(args.map, args.profile), read_mentor_spec(args.mentor)
-    if spec.kind == 'file':
-        parse_policy(spec.value, World(grid))
-    mentor = Path(args.mentor).stem if spec.kind == 'file' else args.mentor.replace(':', '_')
+    training = spec_training(
+        args.map, args.method, args.mentor, profile=args.profile, seed=args.seed,
+        mentor_seed=args.mentor_seed, budget=args.budget, advising=args.advising,
+        initial_learning=args.initial_learning, settings=dict(_changes(args)))
+    kind, _, value = args.mentor.partition(':')
+    mentor = Path(value).stem if kind in FROM_FILES else args.mentor.replace(':', '_')
     folder = f'{Path(args.map).stem}-{args.method}-{mentor}-{args.seed}'
     return TrainingOptions(
-        args.map, args.profile, args.method, args.mentor, args.mentor_seed, args.seed, settings,
-        args.budget, args.advising, grid, config, spec,
-        prepare_folder(args.out or Path('runs') / folder), args)
+        **vars(training), out=prepare_folder(args.out or Path('runs') / folder), args=args)
 
 
 def _changes(args: argparse.Namespace) -> Iterator[tuple[str, str]]:

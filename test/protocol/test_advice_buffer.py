@@ -5,10 +5,12 @@ import numpy as np
 from room_messages import advice, state
 from tiny_worlds import room
 
+from comply_ros.learner.agent import no_advice
 from comply_ros.protocol.advice_buffer import AdviceBuffer, REMEMBERED
 from comply_ros.protocol.messages import step_id
 
 ROOM, RUN = room(), 7
+NOBODY = no_advice(ROOM)
 
 
 def buffer_after(*observations):
@@ -24,8 +26,8 @@ def test_advice_for_an_observation_counts_and_an_older_one_does_not_replace_it()
     assert buffer.add_advice(advice(step=2, action=1), ROOM) == (True, ())
     assert buffer.add_advice(advice(step=0, action=3), ROOM) == (False, ())  # late, and older
     assert buffer.newest_advice(0).action == 1
-    assert buffer.advice(9).dtype == np.int8
-    assert buffer.advice(9).tolist() == [1, -1, -1, -1, -1, -1, -1, -1, -1]
+    assert buffer.advice(NOBODY).dtype == np.int8
+    assert buffer.advice(NOBODY).tolist() == [1, -1, -1, -1, -1, -1, -1, -1, -1]
 
 
 def test_advice_for_another_state_than_the_observed_one_is_rejected():

@@ -89,7 +89,7 @@ def test_every_field_of_a_method_is_a_parameter_with_a_description(tmp_path, nod
         'grid_world': {'map', 'profile', 'seed', 'rate', 'state_dir'},
         'mentor': {'mentor', 'seed', 'budget', 'advising', 'state_dir'},
         'learner': {'method', 'profile', 'seed', 'map_period', 'remembers_advice',
-                    'advice_timeout', 'state_dir', *CONFIG_FIELDS}}
+                    'advice_timeout', 'initial_learning', 'state_dir', *CONFIG_FIELDS}}
     with nodes(tmp_path, grid_world=(), mentor=(), learner=()):
         for name, names in expect.items():
             listed = call(node, ListParameters, f'/{name}/list_parameters')
@@ -134,7 +134,7 @@ def call(node, kind, name, **request):
     ('grid_world', 'map:=nowhere', "grid_world: map 'nowhere': a map must be one of bar_grid, "
      'free_grid, maze, maze_as_run or a readable file (no such file or directory)'),
     ('mentor', 'mentor:=good', 'mentor: a mentor must be one of optimal, random, adversarial, '
-     "noisy:P, snapshot:Q, file:PATH, none, got 'good'"),
+     "noisy:P, snapshot:Q, file:PATH, learned:FILE.npz, none, got 'good'"),
 ])
 def test_a_wrong_parameter_is_one_line_and_exit_code_2(name, argument, message):
     done = run(name, '--ros-args', '-p', argument)

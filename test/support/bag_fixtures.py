@@ -40,9 +40,10 @@ TOPICS = {StateReward: 'state', Recommendation: 'recommendation', Action: 'actio
 class SimulatedRun:
     """A whole training: `messages` has all of it as (topic, tuple), `digest` what was learned."""
 
-    def __init__(self, method='beta_implicit', iterations=3, episodes=4, seed=3, run=7, number=5):
+    def __init__(self, method='beta_implicit', iterations=3, episodes=4, seed=3, run=7, number=5,
+                 **settings):
         self.config = replace(METHODS['published'][method], iterations=iterations,
-                              episodes=episodes)
+                              episodes=episodes, **settings)
         self.grid = read_map('bar_grid', 'published')
         self.world = GridWorld(self.grid, 'bar_grid', run, seed)
         self.mentor, self.learner = Mentor(), Learner(self.config, seed, number=number)

@@ -8,7 +8,7 @@ from math import isnan
 import pytest
 from tiny_worlds import corridor, grid, room
 
-from comply_ros.learner.agent import Agent, IterationResult
+from comply_ros.learner.agent import Agent, IterationResult, no_advice
 from comply_ros.learner.learner_config import LearnerConfig
 from comply_ros.learner.presets import find_method
 from comply_ros.learner.training import Training
@@ -60,7 +60,7 @@ def test_an_iteration_that_gets_shorter_has_the_episodes_that_were_played():
     agent = make_agent(episodes=3)
     for _ in range(2):
         assert play_episode(agent).iteration is None
-    agent.reconfigure(replace(agent.config, episodes=1))
+    agent.reconfigure(replace(agent.config, episodes=1), no_advice(corridor()))
     result = play_episode(agent).iteration
     assert (result.number, result.episodes, result.steps) == (1, 3, 6)
     assert play_episode(agent).iteration.episodes == 1

@@ -19,7 +19,7 @@ TOP = Path(__file__).parents[2]
 KNOWN = {'grid_world': {'map', 'profile', 'seed', 'rate', 'state_dir'},
          'mentor': {'mentor', 'seed', 'budget', 'advising', 'state_dir'},
          'learner': {'method', 'profile', 'seed', 'map_period', 'remembers_advice',
-                     'advice_timeout', 'state_dir', *CONFIG_FIELDS}}
+                     'advice_timeout', 'initial_learning', 'state_dir', *CONFIG_FIELDS}}
 
 
 @pytest.mark.parametrize('name', EXECUTABLES)
@@ -42,8 +42,9 @@ def test_the_launch_file_has_the_documented_arguments_and_all_methods():
     tables = {node.targets[0].id: node.value for node in ast.parse(
         (TOP / 'launch' / 'teach.launch.py').read_text()).body if isinstance(node, ast.Assign)}
     names = [row.elts[0].value for row in tables['ARGUMENTS'].elts]
-    assert names == ['map', 'method', 'mentor', 'seed', 'iterations', 'profile', 'namespace',
-                     'params_file', 'state_dir', 'respawn', 'viewer', 'rviz', 'log_level']
+    assert names == ['map', 'method', 'mentor', 'seed', 'iterations', 'initial_learning',
+                     'learns', 'profile', 'namespace', 'params_file', 'state_dir', 'respawn',
+                     'viewer', 'rviz', 'log_level']
     choices = ast.literal_eval(tables['CHOICES'])
     assert choices['method'] == ['', *METHODS['published']]
     assert choices['profile'] == ['', *METHODS]

@@ -224,6 +224,22 @@ def test_the_command_reports_what_it_cannot_verify(recorded, tmp_path, capsys):
     assert 'verification stopped: the observation of run 7, episode ' in out
 
 
+def test_a_learner_that_began_with_a_learning_cannot_be_verified(recorded, tmp_path, capsys):
+    settings = {**json.loads(recorded.messages[1][1].settings), 'initial_learning': 'a digest'}
+    messages = [(topic, msg._replace(settings=json.dumps(settings)) if topic == 'method' else msg)
+                for topic, msg in recorded.messages]
+    code, out, _ = run_replay(capsys, write_bag(tmp_path / 'bag', messages))
+    assert code == 1
+    assert out.startswith('not verifiable: learner 5 began with initial_learning, which is not in '
+                          'the bag, so its initial state is unknown; ')
+
+
+def test_a_learner_that_learns_nothing_is_verified():
+    recorded = SimulatedRun(learns=False)
+    result, = check(recorded.messages).replays
+    assert result.digest == recorded.digest and result.matching > 10
+
+
 def test_the_namespace_can_be_chosen(recorded, tmp_path, capsys):
     bag = write_bag(tmp_path / 'bag', recorded.messages, namespace='/second')
     assert run_replay(capsys, bag, '--namespace', 'second')[0] == 0

@@ -45,8 +45,9 @@ def open_store(tmp_path):
     """Return a function that makes stores in one folder; all are closed at the end."""
     made = []
 
-    def make(name='learner', identity=IDENTITY, kinds=(Entry,), folder=tmp_path / 'state'):
-        made.append(StateStore(folder, name, identity, kinds))
+    def make(name='learner', identity=IDENTITY, kinds=(Entry,), folder=tmp_path / 'state',
+             added=None):
+        made.append(StateStore(folder, name, identity, kinds, added))
         return made[-1]
     yield make
     for store in made:
@@ -100,6 +101,14 @@ def rejected(open_store, **settings):
 
 def test_a_new_folder_holds_no_state(open_store):
     assert loaded(open_store()) is None
+
+
+def test_a_setting_that_is_newer_than_a_state_had_one_value_then(open_store, stored):
+    with closing(open_store(identity={'learns': True, **IDENTITY},
+                            added={'learns': True})) as store:
+        assert loaded(store) == (1, ENTRIES)
+    assert 'was written with learns True, but this node has False' in rejected(
+        open_store, identity={'learns': False, **IDENTITY}, added={'learns': True})
 
 
 def test_a_stored_state_is_loaded_and_continued(open_store, stored):

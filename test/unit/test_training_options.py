@@ -79,7 +79,7 @@ def test_a_policy_of_another_shape_is_rejected_before_the_training(tmp_path, cap
 def test_a_folder_that_cannot_be_written_is_reported_before_the_training(
         tmp_path, capsys, monkeypatch):
     (tmp_path / 'taken').write_text('a file where a folder should be')
-    monkeypatch.setattr('comply_ros.experiments.train.Training', None)
+    monkeypatch.setattr('comply_ros.experiments.in_process.Training', None)
     assert run(tmp_path / 'taken' / 'out')[0] == 2
     assert "an output folder must be writable, got '" in capsys.readouterr().err
     assert (tmp_path / 'taken').read_text() == 'a file where a folder should be'
@@ -99,7 +99,7 @@ def run_code(folder):
 def test_planning_that_does_not_settle_is_reported_before_the_training(
         tmp_path, capsys, monkeypatch):
     monkeypatch.setattr('comply_ros.world.planning.MOST_SWEEPS', 3)
-    monkeypatch.setattr('comply_ros.experiments.train.Training', None)
+    monkeypatch.setattr('comply_ros.experiments.in_process.Training', None)
     assert run_code(tmp_path) == 2
     assert 'train: value iteration must settle within 3 sweeps' in capsys.readouterr().err
 
@@ -110,7 +110,7 @@ def test_a_summary_has_its_documented_fields(tmp_path):
     assert set('map profile method mentor mentor_return mentor_optimality optimal_return '
                'random_return seed iterations episodes steps wall_seconds steps_per_second '
                'return_per_iteration time_to_convergence reward_ratio regret final_return '
-               'digest'.split()) <= set(summary)
+               'policy_return initial_learning digest'.split()) <= set(summary)
     assert (summary['iterations'], summary['episodes']) == (3, 4)
     assert len(summary['return_per_iteration']) == 3
     assert summary['final_return'] == summary['return_per_iteration'][-1]
@@ -125,7 +125,8 @@ def test_learning_npz_has_the_arrays_of_the_learner(tmp_path):
     run(tmp_path)
     with np.load(tmp_path / 'learning.npz') as learned:
         assert learned['q'].shape == (121, 4)
-        assert set(learned) == {*LearnerState._fields, 'confidence'}
+        assert set(learned) == {*LearnerState._fields, 'advice', 'policy', 'confidence', 'world',
+                                'settings', 'format'}
         assert ((0 <= learned['confidence']) & (learned['confidence'] <= 1)).all()
     world = World(read_map('bar_grid', 'published'))
     assert parse_policy((tmp_path / 'mentor.txt').read_text(), world).shape == (121,)

@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a training has learned: a policy to act by, values and beliefs to begin from."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from comply_ros.learner.confidence import confidence_map
+from comply_ros.learner.learner_config import LearnerConfig
+from comply_ros.learner.learner_state import initial_state, LearnerState
+from comply_ros.learner.reconfigure import changed_state
+from comply_ros.mentor.policy import PolicyError, validate_policy
+from comply_ros.world.grid import NO_ACTION
+from comply_ros.world.mdp import World
+
+Actions = NDArray[np.int8]
+
+TRUSTED = 0.5  # a learner that does not explore follows advice of more confidence than this
+# Schedules, and what belongs to an episode: a learner that begins from others' values has its own.
+STARTS_ANEW = ('scheduled_confidence', 'temperature', 'trust_rate', 'guided_stage', 'best_return',
+               'traces', 'trail')
+
+
+class LearningError(ValueError):
+    """A learning that cannot be used; the message names it, the rule and the value."""
+
+
+class Learned(NamedTuple):
+    """
+    What a learner has learned in a world.
+
+    Attributes
+    ----------
+    world: SHA-256 of the grid.
+    config: the settings that it learned with.
+    state: its arrays.
+    advice: `advice[s]` that it received, the newest one; -1 where none.
+    policy: `policy[s]`, what it would do if it stopped exploring; -1 where any action is taken.
+    confidence: `p[s]` at the first step of an episode.
+    source: where it is from, for messages.
+
+    """
+
+    world: str
+    config: LearnerConfig
+    state: LearnerState
+    advice: Actions
+    policy: Actions
+    confidence: NDArray[np.float64]
+    source: str = 'a learner of this process'
+
+    def validate(self, world: World) -> None:
+        """
+        Return if this was learned in a world, with values that can be.
+
+        Raises
+        ------
+        LearningError: otherwise.
+
+        """
+        if self.world != world.grid.sha256:
+            raise LearningError(f'{self.source} was learned in another world (hash '
+                                f'{self.world[:12]!r}) than the one that is here (hash '
+                                f'{world.grid.sha256[:12]!r})')
+        try:
+            self._validate_arrays(world)
+        except (PolicyError, LearningError) as error:
+            raise LearningError(f'{self.source} must hold what was learned, but {error}') from None
+
+    def _validate_arrays(self, world: World) -> None:
+        for name, usual in initial_state(world, self.config)._asdict().items():
+            _validate_type(name, getattr(self.state, name), usual)
+        _validate_type('confidence', self.confidence, np.zeros(len(world.free)))
+        for name in ('advice', 'policy'):
+            _validate_type(name, getattr(self, name), np.zeros(len(world.free), dtype=np.int8))
+            validate_policy(getattr(self, name), world)
+        state, states = self.state, len(world.free)
+        successor = state.outcomes[..., 1]
+        for name, rule, holds in (
+                ('q', '-inf where there is no such action, and finite elsewhere',
+                 np.where(world.available, np.isfinite(state.q), state.q == -np.inf)),
+                ('visits', 'finite and at least 1', _at_least(1.0, state.visits)),
+                ('departures', 'finite and at least 1', _at_least(1.0, state.departures)),
+                ('belief', 'finite', np.isfinite(state.belief)),
+                ('outcomes', 'finite, with states of the world',
+                 np.isfinite(state.outcomes).all() and (successor >= -1.0).all()
+                 and (successor < states).all()),
+                ('pool_size', 'finite and at least 1', _at_least(1.0, state.pool_size)),
+                ('pool_listen', 'finite', np.isfinite(state.pool_listen)),
+                ('pool_discard', 'finite', np.isfinite(state.pool_discard)),
+                ('advice_agreed', 'at least 1, and at most advice_seen',
+                 _at_least(1.0, state.advice_agreed) & (state.advice_agreed <= state.advice_seen)),
+                ('advice_seen', 'finite', np.isfinite(state.advice_seen)),
+                ('confidence', 'in [0, 1]', (self.confidence >= 0) & (self.confidence <= 1))):
+            if not np.all(holds):
+                raise LearningError(f'not all of {name} is {rule}')
+
+
+def _validate_type(name: str, array: NDArray, usual: NDArray) -> None:
+    if (array.shape, array.dtype) != (usual.shape, usual.dtype):
+        raise LearningError(f'{name} must be {usual.dtype} of shape {usual.shape}, got '
+                            f'{array.dtype} of shape {array.shape}')
+
+
+def _at_least(least: float, array: NDArray) -> NDArray[np.bool_]:
+    return (array >= least) & np.isfinite(array)
+
+
+def learned_policy(config: LearnerConfig, state: LearnerState, advice: Actions,
+                   confidence: NDArray[np.float64], world: World) -> Actions:
+    """
+    `policy[s]`: what a learner would do if it stopped exploring; -1 where it knows nothing.
+
+    The advice where the confidence in it is above one half, else the best action of those that
+    were tried. Trust that depends on the step of an episode is no trust in a state.
+
+    Parameters
+    ----------
+    advice: `advice[s]` that it received, -1 where none.
+    confidence: `p[s]` in this advice.
+
+    """
+    policy = np.full(len(world.free), NO_ACTION, dtype=np.int8)
+    left = np.flatnonzero((state.departures > 1.0) & world.free)  # in a large world, few
+    tried = state.visits[left] > 1.0
+    tried |= ~tried.any(axis=1, keepdims=True)  # with a visit_growth of 0, all count
+    policy[left] = np.where(tried, state.q[left], -np.inf).argmax(axis=1)
+    if config.trust != 'none' and not config.trusts_by_time():
+        followed = world.free & (advice != NO_ACTION) & (confidence > TRUSTED)
+        policy[followed] = advice[followed]
+    return policy
+
+
+def learned_by(config: LearnerConfig, state: LearnerState, advice: Actions,
+               world: World) -> Learned:
+    """Return what a learner has learned; its arrays are not copied. advice: as it received it."""
+    confidence = confidence_map(config, state, advice)
+    return Learned(world.grid.sha256, config, state, advice,
+                   learned_policy(config, state, advice, confidence, world), confidence)
+
+
+def begin_from(learned: Learned, world: World, config: LearnerConfig) -> LearnerState:
+    """
+    State of a learner that begins with the values and beliefs of another one.
+
+    Schedules begin anew. With another kind of trust, the beliefs do so too.
+
+    Raises
+    ------
+    LearningError: if it was learned in another world, or the settings need a model that it does
+        not have.
+
+    """
+    learned.validate(world)
+    if config.replays and not learned.config.replays:
+        raise LearningError(f'{learned.source} must be of a learner with replays true, as this '
+                            'one is, got one with replays false')
+    fresh = initial_state(world, config)
+    state = changed_state(learned.state, world, learned.config, config)
+    return state._replace(**{name: getattr(fresh, name) for name in STARTS_ANEW})

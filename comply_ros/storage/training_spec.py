@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a training is of: map, method, mentor and seeds, read from their files and checked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+import os
+from typing import Any
+
+from comply_ros.learner.learned import begin_from, Learned
+from comply_ros.learner.learner_config import ConfigError, LearnerConfig, with_text
+from comply_ros.learner.presets import find_method
+from comply_ros.mentor.advice_budget import UNLIMITED, validate_advice_budget
+from comply_ros.mentor.mentor_policies import FROM_FILES, MentorSpec
+from comply_ros.numerics.rng import SEED_LIMIT
+from comply_ros.storage.learning_file import read_learning
+from comply_ros.storage.map_files import read_map
+from comply_ros.storage.mentor_cache import policy_of_file, read_mentor_spec
+from comply_ros.world.grid import Grid
+from comply_ros.world.mdp import World
+
+
+@dataclass(frozen=True)
+class TrainingSpec:
+    """
+    A training that can be run.
+
+    Attributes
+    ----------
+    map_name, profile, method, mentor, mentor_seed, seed, budget, advising: as in `spec_training`.
+    settings: the fields of the method that were changed.
+    initial_learning: path of the file, or what it is from; None without one.
+    grid, config, spec, initial: what map, method, mentor and initial learning stand for.
+
+    """
+
+    map_name: str
+    profile: str
+    method: str
+    mentor: str
+    mentor_seed: int
+    seed: int
+    settings: dict[str, Any]
+    budget: int
+    advising: str
+    initial_learning: str | None
+    grid: Grid
+    config: LearnerConfig
+    spec: MentorSpec
+    initial: Learned | None
+
+
+def spec_training(map_name: str | os.PathLike[str] = 'maze', method: str = 'beta_implicit',
+                  mentor: str = 'snapshot:0.75', *, profile: str = 'published', seed: int = 0,
+                  mentor_seed: int = 0, budget: int = UNLIMITED, advising: str = 'early',
+                  initial_learning: str | os.PathLike[str] | Learned | None = None,
+                  settings: Mapping[str, Any] | None = None) -> TrainingSpec:
+    """
+    Return a training, with its files read and everything checked that can be wrong.
+
+    Parameters
+    ----------
+    map_name: of a map of the package, or path of a map file.
+    method: name of a preset.
+    mentor: as in `parse_mentor_spec`.
+    profile: settings of the text of the report, or of the runs behind its figures.
+    seed, mentor_seed: of world and learner, and of the mentor.
+    budget, advising: as in `AdviceBudget`.
+    initial_learning: what to begin with, or the path of its file.
+    settings: values by name of the fields of the method to change.
+
+    Raises
+    ------
+    MapError, ConfigError, MentorError, PolicyError, LearningError: for the first that is wrong.
+
+    """
+    config, changed = find_method(method, profile), {}
+    for name, value in (settings or {}).items():
+        config = with_text(config, name, str(value))
+        changed[name] = getattr(config, name)
+    if config.iterations == 0:
+        raise ConfigError('a training needs an end: iterations must be at least 1, got 0')
+    for name, number in (('seed', seed), ('mentor_seed', mentor_seed)):
+        if not 0 <= number <= SEED_LIMIT:
+            raise ConfigError(f'{name} must lie in [0, {SEED_LIMIT}], got {number}')
+    validate_advice_budget(budget, advising)
+    grid, spec = read_map(os.fspath(map_name), profile), read_mentor_spec(mentor)
+    if spec.kind in FROM_FILES:
+        policy_of_file(spec, World(grid))
+    initial, source = _initial(initial_learning)
+    if initial:
+        begin_from(initial, World(grid), config)
+    return TrainingSpec(os.fspath(map_name), profile, method, mentor, mentor_seed, seed, changed,
+                        budget, advising, source, grid, config, spec, initial)
+
+
+def _initial(given: str | os.PathLike[str] | Learned | None,
+             ) -> tuple[Learned | None, str | None]:
+    """Return an initial learning and where it is from; None for none."""
+    if given is None or given == '':
+        return None, None
+    if isinstance(given, Learned):
+        return given, given.source
+    return read_learning(given), os.fspath(given)
