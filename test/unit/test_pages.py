@@ -102,6 +102,20 @@ def run_python(page: str, number: int, folder: Path) -> str:
     return done.stdout
 
 
+@pytest.mark.parametrize('page', ['README.md', 'docs/reference/python.md'])
+def test_the_first_python_lines_of_a_page_train_a_learner(page, tmp_path):
+    assert float(run_python(page, 0, tmp_path).split()[0]) > 0.0
+    assert list((tmp_path / 'runs' / 'first').iterdir())
+
+
+def test_the_page_on_learned_policies_shows_what_its_python_lines_print(tmp_path):
+    printed = run_python('docs/how-to/learned.md', 0, tmp_path).split()
+    text = ' '.join((DOCS / 'how-to' / 'learned.md').read_text().rpartition('```')[2].split())
+    shown = re.findall(r'[\d.]+\d', text.replace('600 episodes', 'episodes'))
+    assert [f'{float(each):.2f}' for each in printed[:2]] == shown[:2]
+    assert [f'{float(each):.0f}' for each in printed[2:]] == shown[2:]
+
+
 def test_the_python_page_shows_a_training_with_the_same_digest_as_train(tmp_path):
     *returns, digest = run_python('docs/reference/python.md', 1, tmp_path).split()
     assert len(returns) == 50
