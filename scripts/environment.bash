@@ -35,8 +35,8 @@ has_ros() {
 
 check_folder() {
   local letters=abcdefghijklmnopqrstuvwxyz  # not a-z, which depends on the locale
-  if [[ $root == *[!$letters${letters^^}0123456789/._+@,=~-]* ]]; then
-    fail "needs a folder whose path has only the letters a to z, digits and ._-+@,=~ (colcon and" \
+  if [[ $root == *[!$letters${letters^^}0123456789/._+@~-]* ]]; then
+    fail "needs a folder whose path has only the letters a to z, digits and ._-+@~ (colcon and" \
          "CMake cannot build in others), got '$root'"
   fi
 }
@@ -136,8 +136,8 @@ write_stamp() { printf '%s\n' "$2" > "$1.new" && mv "$1.new" "$1"; }
 
 has_venv() { [ -x "$venv/bin/python" ] && is_stamp "$venv/made-from" "$recipe"; }
 
-list_sources() { (cd "$root" && exec find msg_defs comply_ros launch config resource rviz \
-  package.xml setup.py setup.cfg -type f -not -name '*.pyc' -printf '%p %s %T@\n' 2>/dev/null); }
+list_sources() { (cd "$root" && find msg_defs comply_ros launch config resource rviz \
+  package.xml setup.py setup.cfg -type f -not -name '*.pyc' -printf '%p %s %T@\n' 2>/dev/null) || true; }
 
 has_build() {
   [ -e "$install/local_setup.bash" ] && is_stamp "$install/made-from" "$(list_sources)"
@@ -253,12 +253,14 @@ prepend() { [[ ${!1-}: == "$2:"* ]] || export "$1=$2${!1:+:${!1}}"; }
 
 # Starts an executable. The installed script would first search for its entry point, for 50 ms.
 start() {
+  unset PYTHONINSPECT  # the executables are no place to go on in
   exec python -P -c "import sys; from comply_ros.executables import $1 as main
 sys.argv[0] = '$1'; sys.exit(main())" "${@:2}"
 }
 
 # Starts a module of the folder `tools`, which is not installed.
 start_tool() {
+  unset PYTHONINSPECT
   prepend PYTHONPATH "$root"
   exec python -P -m "tools.$1" "${@:2}"  # -P: not a folder `tools` of where the user is
 }
