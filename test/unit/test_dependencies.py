@@ -107,7 +107,7 @@ def test_package_xml_depends_for_tests_on_what_only_tests_import():
     imported = imported_names('test', 'tools') - imported_names('comply_ros', 'launch')
     keys = {ROSDEP_KEYS.get(name, name) for name in imported - WITHOUT_KEY}
     keys -= {'gymnasium', 'mushroom_rl'}  # compared with by `scripts/benchmark`, if installed
-    linters = {f'ament_{name}' for name in ('copyright', 'flake8', 'pep257', 'xmllint')}
+    linters = {f'ament_{name}' for name in ('flake8', 'pep257', 'xmllint')}
     assert declared('test_depend') == keys | linters
 
 
