@@ -3,7 +3,8 @@
 # A sourced ROS 2 installation is used; without one, ROS 2 comes from Python wheels. Each has a
 # virtual environment and a build of its own, so that a shell with ROS and one without it do not
 # disturb each other.
-# A second start takes some ten milliseconds: it starts no process but `find` and `flock`.
+# A second start takes some ten milliseconds: it starts no program but `readlink`,
+# `dirname`, `flock` and `find`.
 
 set -eu
 # What a user's shell may have exported must not change what the lines below mean.
@@ -127,7 +128,7 @@ read_recipe() {
   lists=("$root/requirements/python.txt")
   has_ros || lists+=("$root/requirements/ros.txt")
   recipe="${suffix:-wheels} in $root"
-  for list in "${lists[@]}"; do recipe+=$'\n'$(<"$list"); done
+  for list in "${lists[@]}"; do recipe+=$'\n'$(<"$list")$'\n'"(${list##*/})"; done
 }
 
 is_stamp() { [ -r "$1" ] && [ "$2" = "$(<"$1")" ]; }
@@ -137,7 +138,8 @@ write_stamp() { printf '%s\n' "$2" > "$1.new" && mv "$1.new" "$1"; }
 has_venv() { [ -x "$venv/bin/python" ] && is_stamp "$venv/made-from" "$recipe"; }
 
 list_sources() { (cd "$root" && find msg_defs comply_ros launch config resource rviz \
-  package.xml setup.py setup.cfg -type f -not -name '*.pyc' -printf '%p %s %T@\n' 2>/dev/null) || true; }
+  package.xml setup.py setup.cfg -type f -not -name '*.pyc' -printf '%p %s %T@\n' \
+  2>/dev/null) || true; }
 
 has_build() {
   [ -e "$install/local_setup.bash" ] && is_stamp "$install/made-from" "$(list_sources)"
@@ -309,7 +311,10 @@ set_up() {
     "there: start a script once as its owner ($(stat -c %U "$root")), or use a clone of your own"
   exec {setup}>>"$root/.setup.lock"
   flock "$setup"  # of two first runs at the same time, the second waits
-  if ! has_venv; then claim "$venv"; make_venv; fi
+  if ! has_venv; then
+    if [ -e "$venv" ]; then claim "$venv"; fi
+    make_venv
+  fi
   if ! has_build; then
     if is_disturbing; then claim "$install/comply_msgs"; fi
     make_build
