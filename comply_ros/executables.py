@@ -25,9 +25,55 @@ EXECUTABLES = {
     'plot': ('bags.plot', 130),
 }
 
+# Extras of `setup.py`: what only some executables need, as it is imported and as pip names it.
+EXTRAS = {
+    'dashboard': {'fastapi': 'fastapi', 'nicegui': 'nicegui', 'uvicorn': 'uvicorn'},
+    'bags': {'rosbags': 'rosbags', 'lz4': 'lz4',
+             'backports': 'backports.zstd; python_version < "3.14"'},
+    'cluster': {'distributed': 'distributed'},
+}
+# ROS packages that are imported, besides `comply_msgs`.
+ROS_PACKAGES = (
+    'ament_index_python', 'builtin_interfaces', 'diagnostic_msgs', 'geometry_msgs', 'nav_msgs',
+    'rcl_interfaces', 'rclpy', 'std_msgs', 'std_srvs', 'visualization_msgs')
+
 
 def run(name: str) -> int:
-    """Run an executable with the arguments of this process; return its exit code."""
+    """
+    Run an executable with the arguments of this process; return its exit code.
+
+    If a package is not installed, one line says which and how to install it; the code is 2.
+    """
+    try:
+        return _run(name)
+    except ModuleNotFoundError as error:
+        remedy = _remedy((error.name or '').split('.')[0])
+        if not remedy:
+            raise
+        print(f'{name}: {remedy}', file=sys.stderr)
+        return 2
+
+
+def _remedy(package: str) -> str:
+    """One sentence on how to install a package that is missing; empty for one of our own."""
+    for extra, packages in EXTRAS.items():
+        if package in packages:
+            names = ' '.join(each.split(';')[0] for each in packages.values())
+            return (f"needs the Python package {package} (extra '{extra}' of comply_ros), which "
+                    f'is not installed: python3 -m pip install {names}')
+    if package == 'comply_msgs':
+        return ('needs the messages of comply_ros, the ROS package comply_msgs, which is not '
+                'built, or not sourced: . install/setup.bash')
+    if package in ROS_PACKAGES:
+        return (f'needs the ROS package {package}, which is not installed, or not sourced: '
+                '. /opt/ros/$ROS_DISTRO/setup.bash')
+    if package in ('', 'comply_ros'):
+        return ''
+    return (f'needs the Python package {package}, which is not installed: in a workspace, rosdep '
+            'install --from-paths src; without ROS, python3 -m pip install FOLDER_OF_COMPLY_ROS')
+
+
+def _run(name: str) -> int:
     module, interrupted = EXECUTABLES[name]
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: os._exit(interrupted))

@@ -57,16 +57,18 @@ def test_versions_agree():
                 for path in ('package.xml', 'msg_defs/package.xml')}
     versions.add(comply_ros.__version__)
     versions |= set(re.findall(r"version='([\d.]+)'", (TOP / 'setup.py').read_text()))
-    versions |= {re.search(r'(?m)^## (\d[\d.]+)$', (TOP / 'CHANGELOG.md').read_text())[1]}
+    for path in ('CHANGELOG.rst', 'msg_defs/CHANGELOG.rst'):
+        text = (TOP / path).read_text()
+        versions |= {re.search(r'(?m)^(\d[\d.]+) \(\d{4}-\d\d-\d\d\)$', text)[1]}
     assert len(versions) == 1
 
 
-def test_package_xml_is_format_3_and_names_what_is_imported():
-    package = ElementTree.parse(TOP / 'package.xml').getroot()
+@pytest.mark.parametrize('path', ['package.xml', 'msg_defs/package.xml'])
+def test_package_xml_is_format_3_and_has_its_urls(path):
+    package = ElementTree.parse(TOP / path).getroot()
     assert package.get('format') == '3'
-    named = {each.text.removeprefix('python3-') for each in package.findall('exec_depend')}
-    assert {'comply_msgs', 'rclpy', 'rcl_interfaces', 'numpy', 'numba', 'matplotlib', 'rich',
-            'yaml', 'launch', 'launch_ros'} <= named
+    assert {each.get('type') for each in package.findall('url')} == {'website', 'repository',
+                                                                      'bugtracker'}
 
 
 @pytest.mark.parametrize('path', sorted(
