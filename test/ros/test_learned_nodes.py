@@ -5,10 +5,11 @@ import json
 import re
 
 from comply_msgs.srv import Save
-from node_processes import log_has, nodes, run, wait_until
+from node_processes import log_has, nodes, run
 import numpy as np
 import pytest
 from ros_client import ros_client
+from waiting import wait_until
 
 import comply_ros
 from comply_ros.experiments import train

@@ -22,7 +22,7 @@ import pytest
 TOP = Path(__file__).parents[2]
 PATIENCE = 90.0  # seconds, for a busy machine
 # What `colcon build` leaves behind as far as the scripts use it, and what it was started with.
-COLCON = '''
+COLCON = """
 import json, os, pathlib, sys
 if pathlib.Path('block').exists():
     print('blocked', file=open('blocked', 'w'))
@@ -31,7 +31,7 @@ install = pathlib.Path(sys.argv[sys.argv.index('--install-base') + 1])
 install.mkdir(exist_ok=True)
 (install / 'local_setup.bash').write_text('export COLCON_PREFIX_PATH=/of/colcon')
 (install / 'colcon.json').write_text(json.dumps([dict(os.environ), sys.argv]))
-'''
+"""
 FILES = {
     'colcon/__init__.py': '', 'colcon/__main__.py': COLCON, 'std_msgs/__init__.py': 'ROS = 2\n',
     'colcon-1.dist-info/METADATA': 'Metadata-Version: 2.1\nName: colcon\nVersion: 1\n',
@@ -351,7 +351,8 @@ def test_another_user_is_told_whose_clone_has_to_be_set_up(folder, reader):
 
 
 @pytest.mark.parametrize('name', ['küche', 'my clone', 'a;b', "it's", 'a&b', 'a$b', 'a"b', 'a(b',
-                                  'a#b', 'a%b', 'a:b', 'a*b', 'a[b]', 'a=b', 'a,b', 'a\\b', 'a\nb', 'ａ'])
+                                  'a#b', 'a%b', 'a:b', 'a*b', 'a[b]', 'a=b', 'a,b', 'a\\b', 'a\nb',
+                                  'ａ'])
 def test_a_folder_that_cannot_be_built_in_is_named_first(folder, name):
     shutil.copytree(TOP / 'scripts', folder / name / 'scripts')
     done = run(folder / name, '-c', SHOW)
