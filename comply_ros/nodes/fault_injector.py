@@ -156,7 +156,7 @@ def message_type(name: str, types: set[str]) -> type:
 
 
 def offered_qos(ends: Sequence[TopicEndpointInfo], depth: int) -> tuple[QoSProfile, QoSProfile]:
-    """The QoS to receive a topic with, and to publish it with, as all its publishers offer it."""
+    """Return the QoS to receive a topic with, and to publish it with, as all publishers offer."""
     offers = [end.qos_profile for end in ends]
     is_latched = all(qos.durability == DurabilityPolicy.TRANSIENT_LOCAL for qos in offers)
     is_reliable = all(qos.reliability == ReliabilityPolicy.RELIABLE for qos in offers)
