@@ -307,6 +307,10 @@ is_disturbing() {
 
 set_up() {
   local setup
+  if ! [ -w "$root" ] && is_stamp "$venv/made-from" "$recipe" && ! [ -x "$venv/bin/python" ]; then
+    fail "is set up in $root with a Python that you may not start," \
+      "$(readlink "$venv/bin/python"): use a clone of your own"
+  fi
   [ -w "$root" ] || fail "is not set up in $root for its present files, and you may not write" \
     "there: start a script once as its owner ($(stat -c %U "$root")), or use a clone of your own"
   exec {setup}>>"$root/.setup.lock"

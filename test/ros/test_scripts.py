@@ -71,7 +71,11 @@ def test_a_missing_compiler_is_one_line_with_the_remedy(fresh):
 
 
 def test_an_old_ros_is_one_line_with_the_remedy(fresh):
-    done = script(['scripts/demo'], fresh, ROS_DISTRO='humble', AMENT_PREFIX_PATH='/opt/ros')
+    prefix = fresh.with_name(f'{fresh.name}-ros')
+    packages = prefix / 'share' / 'ament_index' / 'resource_index' / 'packages'
+    packages.mkdir(parents=True)
+    (packages / 'rclpy').touch()
+    done = script(['scripts/demo'], fresh, ROS_DISTRO='humble', AMENT_PREFIX_PATH=str(prefix))
     assert done.returncode == 2
     assert done.stderr == (
         'comply_ros: needs ROS 2 Jazzy or newer, and humble is sourced: source a newer one, or '

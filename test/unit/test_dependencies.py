@@ -29,8 +29,9 @@ ROSDEP_KEYS = {
     'uvicorn': 'python3-uvicorn', 'yaml': 'python3-yaml'}
 WITHOUT_KEY = {'backports', 'blessed', 'distributed', 'lz4', 'mcap', 'mcap_ros2', 'nicegui',
                'playwright', 'rosbags'}
-TEST_ROS_PACKAGES = {'domain_coordinator', 'rosgraph_msgs', 'rosidl_parser'}
-OWN = {'comply_ros', 'tools', 'setuptools'}
+LINTERS = {'ament_flake8', 'ament_pep257', 'ament_xmllint'}
+TEST_ROS_PACKAGES = {'domain_coordinator', 'rosgraph_msgs', 'rosidl_parser', *LINTERS}
+OWN = {'comply_ros', 'examples', 'tools', 'setuptools'}
 STANDARD = {*sys.stdlib_module_names, 'compression'}  # the last one since Python 3.14
 LOADERS = {'import_module', 'importorskip'}
 
@@ -107,8 +108,7 @@ def test_package_xml_depends_for_tests_on_what_only_tests_import():
     imported = imported_names('test', 'tools') - imported_names('comply_ros', 'launch')
     keys = {ROSDEP_KEYS.get(name, name) for name in imported - WITHOUT_KEY}
     keys -= {'gymnasium', 'mushroom_rl'}  # compared with by `scripts/benchmark`, if installed
-    linters = {f'ament_{name}' for name in ('flake8', 'pep257', 'xmllint')}
-    assert declared('test_depend') == keys | linters
+    assert declared('test_depend') == keys
 
 
 def test_the_lists_of_requirements_pin_what_the_package_requires(setup_arguments):
