@@ -48,15 +48,18 @@ setup(
         'matplotlib',  # draws the pictures
         'numba',  # compiles the learning loop
         'numpy',
-        'PyYAML',  # reads the maps
+        'prompt_toolkit',  # reads keys and draws in the terminal of teleop_mentor
+        'pydantic',  # checks sweep files and the metadata of bags
+        'PyYAML',  # writes parameter files
         'rich',  # shows progress and tables
+        'ruamel.yaml',  # reads maps and sweeps, with lines
         'setuptools',
     ],
     extras_require={
         **{name: list(packages.values()) for name, packages in EXTRAS.items()},
         'test': [
             'hypothesis',  # unusual files and messages
-            'mcap', 'mcap-ros2-support',  # read our bags, as other programs do
+            'mcap-ros2-support',  # reads our bags, as other programs do
             'playwright',  # the page in a browser
             'pytest',
         ],

@@ -28,8 +28,7 @@ EXECUTABLES = {
 # Extras of `setup.py`: what only some executables need, as it is imported and as pip names it.
 EXTRAS = {
     'dashboard': {'fastapi': 'fastapi', 'nicegui': 'nicegui', 'uvicorn': 'uvicorn'},
-    'bags': {'rosbags': 'rosbags', 'lz4': 'lz4',
-             'backports': 'backports.zstd; python_version < "3.14"'},
+    'bags': {'rosbags': 'rosbags', 'mcap': 'mcap', 'lz4': 'lz4', 'zstandard': 'zstandard'},
     'cluster': {'distributed': 'distributed'},
 }
 # ROS packages that are imported, besides `comply_msgs`.
@@ -58,7 +57,7 @@ def _remedy(package: str) -> str:
     """One sentence on how to install a package that is missing; empty for one of our own."""
     for extra, packages in EXTRAS.items():
         if package in packages:
-            names = ' '.join(each.split(';')[0] for each in packages.values())
+            names = ' '.join(packages.values())
             return (f"needs the Python package {package} (extra '{extra}' of comply_ros), which "
                     f'is not installed: python3 -m pip install {names}')
     if package == 'comply_msgs':

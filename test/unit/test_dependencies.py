@@ -18,17 +18,18 @@ from comply_ros.executables import EXTRAS, ROS_PACKAGES
 
 TOP = Path(__file__).parents[2]
 # How packages are named where their name is not that of the import.
-DISTRIBUTIONS = {'yaml': 'PyYAML', 'ruamel': 'ruamel.yaml', 'backports': 'backports.zstd',
-                 'mcap_ros2': 'mcap-ros2-support'}
+DISTRIBUTIONS = {'yaml': 'PyYAML', 'ruamel': 'ruamel.yaml', 'mcap_ros2': 'mcap-ros2-support',
+                 'pydantic_core': 'pydantic'}
 # Keys of rosdep (rosdep/base.yaml, python.yaml) that give a package of the system, not of pip.
 ROSDEP_KEYS = {
     'fastapi': 'python3-fastapi', 'hypothesis': 'python3-hypothesis',
     'matplotlib': 'python3-matplotlib', 'numba': 'python3-numba', 'numpy': 'python3-numpy',
-    'pydantic': 'python3-pydantic', 'prompt_toolkit': 'python3-prompt-toolkit',
+    'pydantic': 'python3-pydantic', 'pydantic_core': 'python3-pydantic',
+    'prompt_toolkit': 'python3-prompt-toolkit',
     'pytest': 'python3-pytest', 'rich': 'python3-rich', 'ruamel': 'python3-ruamel.yaml',
     'uvicorn': 'python3-uvicorn', 'yaml': 'python3-yaml'}
-WITHOUT_KEY = {'backports', 'blessed', 'distributed', 'lz4', 'mcap', 'mcap_ros2', 'nicegui',
-               'playwright', 'rosbags'}
+WITHOUT_KEY = {'distributed', 'lz4', 'mcap', 'mcap_ros2', 'nicegui', 'playwright', 'rosbags',
+               'zstandard'}
 LINTERS = {'ament_flake8', 'ament_pep257', 'ament_xmllint'}
 TEST_ROS_PACKAGES = {'domain_coordinator', 'rosgraph_msgs', 'rosidl_parser', *LINTERS}
 OWN = {'comply_ros', 'examples', 'tools', 'setuptools'}
@@ -131,17 +132,13 @@ def test_the_set_up_of_a_user_has_no_tools_of_developers(package):
 
 @pytest.mark.parametrize('executable, missing, sentence', [
     ('plot', 'rosbags', "plot: needs the Python package rosbags (extra 'bags' of comply_ros), "
-     'which is not installed: python3 -m pip install rosbags lz4 backports.zstd\n'),
-    ('plot', 'backports', "plot: needs the Python package backports (extra 'bags' of "
-     'comply_ros), which is not installed: python3 -m pip install rosbags lz4 backports.zstd\n'),
-    ('train', 'yaml', 'train: needs the Python package yaml, which is not installed: in a '
+     'which is not installed: python3 -m pip install rosbags mcap lz4 zstandard\n'),
+    ('train', 'rich', 'train: needs the Python package rich, which is not installed: in a '
      'workspace, rosdep install --from-paths src; without ROS, python3 -m pip install '
      'FOLDER_OF_COMPLY_ROS\n'),
     ('grid_world', 'rclpy', 'grid_world: needs the ROS package rclpy, which is not installed, '
      'or not sourced: . /opt/ros/$ROS_DISTRO/setup.bash\n')])
 def test_a_missing_package_is_one_sentence_with_the_remedy(executable, missing, sentence):
-    if missing == 'backports' and sys.version_info >= (3, 14):
-        pytest.skip('Python 3.14 has zstd itself')
     program = f"""
 import sys
 class Missing:
