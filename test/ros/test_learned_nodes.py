@@ -9,7 +9,7 @@ from node_processes import log_has, nodes, run
 import numpy as np
 import pytest
 from ros_client import ros_client
-from waiting import wait_until
+from waiting import DEADLINE, wait_until
 
 import comply_ros
 from comply_ros.experiments import train
@@ -50,7 +50,7 @@ def summary_of(folder):
 def test_a_lesson_gives_the_bits_of_train_and_the_same_file(tmp_path, file, argv):
     argv = [*SMALL, *(each.format(file) for each in argv)]
     assert train.main(['train', *argv, '--out', str(tmp_path / 'train')]) == 0
-    done = run('lesson', *argv, '--out', str(tmp_path / 'lesson'), timeout=200)
+    done = run('lesson', *argv, '--out', str(tmp_path / 'lesson'), timeout=2 * DEADLINE)
     assert done.returncode == 0, done.stderr
     assert summary_of(tmp_path / 'train') == summary_of(tmp_path / 'lesson')
     one, other = (np.load(tmp_path / name / 'learning.npz') for name in ('train', 'lesson'))

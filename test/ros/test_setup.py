@@ -19,13 +19,13 @@ import time
 from zipfile import ZipFile
 
 import pytest
+from waiting import DEADLINE
 
 TOP = Path(__file__).parents[2]
 # The one of the system, if it can set up: other users may not start that of somebody's home.
 SYSTEM_PYTHON = sys.executable if subprocess.run(
     ['/usr/bin/python3', '-c', 'import ensurepip, sys; assert sys.version_info[:2] >= (3, 11)'],
     capture_output=True, check=False).returncode else '/usr/bin/python3'
-PATIENCE = 90.0  # seconds, for a busy machine
 # What `colcon build` leaves behind as far as the scripts use it, and what it was started with.
 COLCON = """
 import json, os, pathlib, sys
@@ -73,7 +73,7 @@ def run(clone, *argv, cwd=None, user=None, **settings) -> subprocess.CompletedPr
     return subprocess.run(
         [str(each) for each in argv] if argv and isinstance(argv[0], Path)
         else [str(clone / 'scripts' / 'python'), *argv], cwd=cwd or clone, user=user,
-        capture_output=True, text=True, check=False, timeout=PATIENCE,
+        capture_output=True, text=True, check=False, timeout=DEADLINE,
         env=environment(clone, **settings))
 
 
@@ -87,7 +87,7 @@ def start(clone, *argv, **settings) -> subprocess.Popen:
 def end(process: subprocess.Popen) -> None:
     if process.poll() is None:
         os.killpg(process.pid, signal.SIGKILL)
-    process.communicate(timeout=PATIENCE)
+    process.communicate(timeout=DEADLINE)
 
 
 def wait_for_line(process: subprocess.Popen, text: str) -> None:
@@ -264,7 +264,7 @@ def test_a_build_that_was_interrupted_is_done_again(clone):
     source.write_bytes(text + b'# changed\n')
     os.mkfifo(clone / 'block')
     interrupted = start(clone, '-c', SHOW)
-    deadline = time.monotonic() + PATIENCE
+    deadline = time.monotonic() + DEADLINE
     while not (clone / 'blocked').exists():  # colcon builds
         assert time.monotonic() < deadline and interrupted.poll() is None
         time.sleep(0.05)
@@ -298,7 +298,7 @@ def test_nothing_is_deleted_while_a_program_runs_from_it(clone):
         assert done.stderr == (
             'comply_ros: has to be set up again, since its files have changed, and something '
             f'still runs from {clone}: end it first (process {running.pid})\n')
-        output, errors = running.communicate('\n', timeout=PATIENCE)
+        output, errors = running.communicate('\n', timeout=DEADLINE)
         assert (output, errors) == ('ran\n', '')
     finally:
         end(running)
@@ -321,14 +321,14 @@ def test_nothing_is_deleted_while_a_program_that_no_script_started_has_loaded_it
         assert f'(process {running.pid})' in done.stderr
         assert library.exists()
     finally:
-        running.communicate('\n', timeout=PATIENCE)
+        running.communicate('\n', timeout=DEADLINE)
 
 
 def test_of_two_first_starts_at_the_same_time_one_sets_up(folder):
     clone = make_clone(folder / 'clone')
     both = [start(clone, '-c', SHOW) for _ in range(2)]
     try:
-        errors = ''.join(each.communicate(timeout=PATIENCE)[1] for each in both)
+        errors = ''.join(each.communicate(timeout=DEADLINE)[1] for each in both)
     finally:
         for each in both:
             end(each)
@@ -385,7 +385,7 @@ def test_a_checkout_that_converts_ends_of_lines_leaves_them(folder):
         pytest.skip('not a clone of git')
     subprocess.run(['git', '-c', 'core.autocrlf=true', '-c', 'advice.detachedHead=false', 'clone',
                     '--quiet', '--depth', '1', f'file://{TOP}', str(folder / 'clone')],
-                   check=True, timeout=PATIENCE)
+                   check=True, timeout=DEADLINE)
     listed = subprocess.run(['git', 'ls-files', '--eol'], cwd=folder / 'clone', check=True,
                             capture_output=True, text=True).stdout
     assert 'w/lf' in listed and 'w/crlf' not in listed and 'w/mixed' not in listed

@@ -74,7 +74,7 @@ def test_a_fifth_of_all_messages_lost_late_doubled_or_shuffled_changes_no_bit(tm
     with nodes(tmp_path, fault_injector=(*faults, '-p', 'seed:=5'),
                grid_world=(*SMALL, *remaps['grid_world']), mentor=(*MENTOR, *remaps['mentor']),
                learner=(*LEARNER, *remaps['learner'])) as started:
-        wait_until(log_has(started['learner'], 'finished'), 'end of the learning', deadline=120)
+        wait_until(log_has(started['learner'], 'finished'), 'end of the learning')
         assert digest_of(started['learner']) == expected
         started['fault_injector'].interrupt()
         assert started['fault_injector'].wait() == 0

@@ -11,6 +11,7 @@ import subprocess
 import sys
 
 import pytest
+from waiting import DEADLINE
 import yaml
 
 from comply_ros.experiments import train
@@ -96,7 +97,7 @@ def run_python(page: str, number: int, folder: Path) -> str:
     """Output of a Python block of a page; its files are in the folder."""
     code = re.findall(r'```python\n(.*?)```', (TOP / page).read_text(), re.DOTALL)[number]
     done = subprocess.run([sys.executable, '-c', code], cwd=folder, capture_output=True,
-                          text=True, timeout=90, check=False,
+                          text=True, timeout=DEADLINE, check=False,
                           env={**os.environ, 'MPLBACKEND': 'Agg'})
     assert done.returncode == 0, done.stderr
     return done.stdout
