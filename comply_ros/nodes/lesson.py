@@ -39,7 +39,8 @@ from comply_ros.world.planning import ReferenceReturns
 NODES = ('grid_world', 'mentor', 'learner')
 STATE = 'state'  # folder in that of the results, for the checkpoints of `--respawn`
 SAVE_TIMEOUT = 10.0  # seconds after which a learner that does not answer is asked again to save
-DISCOVERY = 1.0  # seconds in which other nodes on the same topics are found
+DISCOVERY = 0.5  # seconds in which most other nodes on the same topics are found
+DISCOVERY_WITH_RESPAWN = 1.0  # as long, where those that are found later are not known as others
 TAKEN = ('other nodes publish on the topics of this lesson: end them, or give this one a '
          '--namespace of its own')
 
@@ -99,7 +100,8 @@ def run_lesson(options: TrainingOptions, disturbance: Disturbance = lambda _: nu
     try:
         with interrupts() as stop, lock_topics(options.args.namespace):
             monitor = RunMonitor(options.args.namespace, options.grid)
-            discovered = time.monotonic() + DISCOVERY  # from when there is a node to discover
+            discovered = time.monotonic() + (  # from when there is a node to discover
+                DISCOVERY_WITH_RESPAWN if options.args.respawn else DISCOVERY)
             with running(options, held=True) as monitor.processes:
                 return _start_and_watch(options, monitor, discovered, stop, disturbance)
     finally:
