@@ -30,7 +30,8 @@ class SimClock:
     def publish(self):
         """Publish the time."""
         passed = self._factor * (time.monotonic() - self._start)
-        self._publisher.publish(Clock(clock=Time(nanoseconds=round(1e9 * (100 + passed))).to_msg()))
+        now = Time(nanoseconds=round(1e9 * (100.0 + passed)))
+        self._publisher.publish(Clock(clock=now.to_msg()))
 
     def end(self):
         """End as a simulator does."""
