@@ -25,7 +25,7 @@ MISTAKES = (
     ('learner', 'advice_timeout:=-1.0'),
     ('viewer', 'robot_rate:=-1.0'),
     ('record', 'bag:=/'),
-    ('fault_injector', 'topics:=[state, state]'),
+    ('fault_injector', 'depth:=0'),
     ('grid_world', 'map:=no.yaml'),
 )
 

@@ -19,20 +19,25 @@ import numpy as np
 from numpy.typing import NDArray
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.signals import SignalHandlerOptions
 import yaml
 
 from comply_ros.learner.learner_config import ConfigError
 from comply_ros.mentor.mentor_policies import FROM_FILES
 from comply_ros.nodes.node_processes import NodeDied, NodeProcess, run_nodes
 from comply_ros.nodes.parameters import FASTEST, SLOWEST
+from comply_ros.nodes.ros_start import RosStartError, start_rclpy
 from comply_ros.nodes.run_monitor import LessonFailed, RunMonitor
 from comply_ros.nodes.spin import POLL_PERIOD
 from comply_ros.nodes.topics import ANOTHER
 from comply_ros.storage.learning_file import read_learning
 from comply_ros.terminal.command_line import real_number
 from comply_ros.terminal.interrupts import check, interrupts, StopFlag
-from comply_ros.terminal.training_options import main_with, training_parser, TrainingOptions
+from comply_ros.terminal.training_options import (
+    guarded,
+    main_with,
+    training_parser,
+    TrainingOptions,
+)
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import ReferenceReturns
 
@@ -61,7 +66,7 @@ def lesson_parser() -> argparse.ArgumentParser:
 
 def main(argv: list[str]) -> int:
     """Run the command; return the exit code."""
-    return main_with(lesson_parser(), run, argv)
+    return guarded('lesson', (RosStartError,), lambda: main_with(lesson_parser(), run, argv))
 
 
 def run(options: TrainingOptions) -> int:
@@ -94,8 +99,7 @@ def run_lesson(options: TrainingOptions, disturbance: Disturbance = lambda _: nu
     Raises NodeDied or LessonFailed if there is no outcome, PlanningError for a world without a
     shortest way to its goal.
     """
-    rclpy.init(args=['lesson', '--ros-args', '--enclave', '/lesson'],
-               signal_handler_options=SignalHandlerOptions.NO)
+    start_rclpy(['lesson', '--ros-args', '--enclave', '/lesson'])
     try:
         with interrupts() as stop, lock_topics(options.args.namespace):
             monitor = RunMonitor(options.args.namespace, options.grid)

@@ -30,6 +30,7 @@ from rclpy.service import Service
 from comply_ros.learner.learner_config import CONFIG_FIELDS, LearnerConfig
 from comply_ros.learner.presets import METHODS
 from comply_ros.mentor.advice_budget import ADVISING_MODES, UNLIMITED
+from comply_ros.nodes.ros_start import rclpy_errors
 from comply_ros.numerics.number_text import NUMBER
 from comply_ros.numerics.rng import SEED_LIMIT
 from comply_ros.protocol.channel_faults import Faults
@@ -154,7 +155,8 @@ class SafeParameterNode(Node):
 
     def __init__(self, name: str, **kwargs: Any) -> None:
         try:
-            super().__init__(name, **kwargs)
+            with rclpy_errors('the node could not be created: '):
+                super().__init__(name, **kwargs)
         except (InvalidParameterTypeException, ParameterUninitializedException) as error:
             given = ((each, self._override(each)) for each in ROS_PARAMETERS
                      if each.name in self._parameter_overrides)
