@@ -4,6 +4,7 @@
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 import os
+from warnings import catch_warnings
 
 import rclpy
 from rclpy.logging import get_logger_level, LoggingSeverity, set_logger_level
@@ -31,6 +32,11 @@ def start_rclpy(argv: Sequence[str],
 
     Raises RosStartError for what is wrong with the arguments or the environment.
     """
+    for name in SWITCHES:  # rclpy logs a warning of its own, and fails without a reason
+        value = os.environ.get(name)
+        if value not in (None, '', '0', '1'):
+            raise RosStartError(
+                f'environment variable {name} must be 0 or 1, got {printable(value)!r}')
     with rclpy_errors('the arguments after --ros-args must be known and valid: '):
         set_logger_level('rcl', LoggingSeverity.FATAL)  # it logs the same in a line before ours
         rclpy.init(args=list(argv), signal_handler_options=handlers)
@@ -49,7 +55,8 @@ def rclpy_errors(rule: str) -> Generator[None]:
     rule: what else must hold, where the environment is not to blame.
     """
     try:
-        yield
+        with catch_warnings(action='ignore', category=RuntimeWarning):  # of what cannot be undone
+            yield
     except (RuntimeError, UnicodeError) as error:
         if isinstance(error, RosStartError):
             raise
@@ -67,9 +74,6 @@ def start_problem(message: str, environment: Mapping[str, str], rule: str) -> st
     for prefix in ERROR_PREFIXES:
         reason = reason.removeprefix(prefix)
     reason = printable(' '.join(reason.partition(', at /')[0].split()))
-    for name in SWITCHES:
-        if environment.get(name) not in (None, '', '0', '1'):
-            return f'environment variable {name} must be 0 or 1, got {environment[name]!r}'
     if 'ROS_DOMAIN_ID' in reason:
         return _domain_rule(environment.get('ROS_DOMAIN_ID', ''))
     if reason.startswith(('Failed to create log directory', 'Failed to get logging directory',
