@@ -14,6 +14,7 @@ from typing import Any
 import rclpy
 from rclpy.experimental import EventsExecutor
 
+from comply_ros.nodes.parameters import destroy_nodes
 from comply_ros.nodes.ros_start import RosStartError, start_rclpy
 from comply_ros.terminal.interrupts import interrupts, StopFlag
 
@@ -48,6 +49,8 @@ def run_node(make_node: Callable[[], Any], argv: list[str],
             signal.signal(number, signal.SIG_IGN)
         signal.signal(signal.SIGALRM, signal.SIG_DFL)
         signal.alarm(SHUTDOWN_TIMEOUT)  # seen once: Fast DDS looped here and would not end
+        destroy_nodes()
+        gc.collect()  # of a node that could not be made, parts are left
         rclpy.try_shutdown()
         signal.alarm(0)
     return 0
@@ -84,3 +87,4 @@ def _spin(node: Any, stop: StopFlag) -> None:
                 raise node.mistake
     finally:
         node.leave()
+        executor.shutdown()  # before its node is destroyed

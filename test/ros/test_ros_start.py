@@ -9,7 +9,7 @@ from comply_ros.executables import EXECUTABLES
 pytestmark = pytest.mark.usefixtures('domain')
 NODES = tuple(name for name, (module, _) in EXECUTABLES.items()
               if module.startswith(('nodes.', 'dashboard.')))
-TOOLS = (('topic', 'list'), ('service', 'list'), ('param', 'list'), ('soak',), ('chaos',),
+TOOLS = (('topic', 'list'), ('service', 'list'), ('param', 'list'), ('soak',),
          ('graph_snapshot',))
 LOGS = ('environment variable {name} must lead to a folder for log files that can be written, got '
         '{value!r}: set ROS_LOG_DIR to another folder')
@@ -51,7 +51,7 @@ def test_every_executable_names_the_variable(program, name, value, rule, tmp_pat
 @pytest.mark.parametrize('name, value, rule', WORST)
 def test_every_tool_names_the_variable(program, name, value, rule, tmp_path, monkeypatch):
     monkeypatch.setenv(name, value)
-    out = ('--out', str(tmp_path)) if program[0] in ('soak', 'chaos') else ()
+    out = ('--out', str(tmp_path)) if program[0] == 'soak' else ()
     done = run_tool(*program, *out)
     assert done.stderr.splitlines()[-1] == f'{program[0]}: ' + rule.format(name=name, value=value)
     assert 'Traceback' not in done.stderr and done.returncode == 2
