@@ -42,7 +42,8 @@ def test_a_topic_that_cannot_be_relayed_is_rejected(name):
 
 
 @pytest.mark.parametrize('words', [
-    ('topic', 'echo', 'NAME'), ('topic', 'info', 'NAME'), ('service', 'call', 'NAME', 'std_srvs/srv/Trigger'),
+    ('topic', 'echo', 'NAME'), ('topic', 'info', 'NAME'),
+    ('service', 'call', 'NAME', 'std_srvs/srv/Trigger'),
     ('param', 'list', 'NAME'), ('param', 'get', 'NAME', 'rate')], ids=' '.join)
 @pytest.mark.parametrize('name', ['küche', 'r' * 300])
 def test_a_tool_that_looks_for_a_name_says_what_is_wrong(words, name):
