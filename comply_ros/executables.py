@@ -38,19 +38,44 @@ ROS_PACKAGES = (
 
 
 def run(name: str) -> int:
-    """
-    Run an executable with the arguments of this process; return its exit code.
+    """Run an executable with the arguments of this process; return its exit code, as `start`."""
+    needs_ros = EXECUTABLES[name][0].startswith(('nodes.', 'dashboard.'))
+    return start(name, needs_ros, lambda: _run(name))
 
-    If a package is not installed, one line says which and how to install it; the code is 2.
+
+def start(name: str, needs_ros: bool, program: Callable[[], int]) -> int:
     """
+    Return the exit code of a program, which imports what it needs when it is called.
+
+    If a package or the middleware of ROS is not installed, one line says which and what to do;
+    the code is 2.
+    """
+    remedy = _missing_middleware() if needs_ros else ''
     try:
-        return _run(name)
+        if not remedy:
+            return program()
     except ModuleNotFoundError as error:
         remedy = _remedy((error.name or '').split('.')[0])
         if not remedy:
             raise
-        print(f'{name}: {remedy}', file=sys.stderr)
-        return 2
+    print(f'{name}: {remedy}', file=sys.stderr)
+    return 2
+
+
+def _missing_middleware() -> str:
+    """One sentence where RMW_IMPLEMENTATION is not installed, on which rclpy ends the process."""
+    wanted = os.environ.get('RMW_IMPLEMENTATION')
+    if not wanted:
+        return ''
+    try:
+        from ament_index_python import get_resources
+        installed = sorted({*get_resources('rmw_typesupport')} - {'rmw_implementation'})
+    except (ImportError, OSError):  # no ROS is sourced: that is said where it is needed
+        return ''
+    if not installed or wanted in installed:
+        return ''
+    return ('environment variable RMW_IMPLEMENTATION must name a middleware that is installed '
+            f'({", ".join(installed)}), got {wanted!r}: unset it, or install that ROS package')
 
 
 def _remedy(package: str) -> str:

@@ -264,7 +264,7 @@ sys.argv[0] = '$1'; sys.exit(main())" "${@:2}"
 start_tool() {
   unset PYTHONINSPECT
   prepend PYTHONPATH "$root"
-  exec python -P -m "tools.$1" "${@:2}"  # -P: not a folder `tools` of where the user is
+  exec python -P -m tools "$@"  # -P: not a folder `tools` of where the user is
 }
 
 enter_venv() {

@@ -15,10 +15,12 @@ from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters
 import rclpy
 from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
+from rclpy.signals import SignalHandlerOptions
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from comply_ros.nodes.node_processes import ended_with_block, NodeProcess
 from comply_ros.nodes.parameters import ADVISING, BAG, BUDGET, Parameter, PORT
+from comply_ros.nodes.ros_start import start_rclpy
 from tools.interfaces_markdown import Endpoint, NodeInterfaces, NodeKind, pages_of
 from tools.ros_graph import (
     call,
@@ -50,7 +52,7 @@ NODE_KINDS = (
 
 def main(argv: Sequence[str]) -> int:
     """Write the pages to a folder, or to standard output; return the exit code."""
-    rclpy.init()
+    start_rclpy(['interfaces'], SignalHandlerOptions.ALL)
     try:
         texts = pages()
     finally:

@@ -12,7 +12,9 @@ from typing import Any, TypeVar
 import rclpy
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
 
+from comply_ros.nodes.ros_start import rclpy_errors, start_rclpy
 from comply_ros.terminal.command_line import CommandParser, real_number
 
 Seen = TypeVar('Seen')
@@ -49,9 +51,10 @@ def command_parser(name: str, text: str, commands: Iterable[Command]) -> argpars
 def run_command(parser: argparse.ArgumentParser, argv: Sequence[str]) -> int:
     """Run the subcommand of the command line with a node; return the exit code."""
     given = parser.parse_args(argv[1:])
-    rclpy.init()
-    node = Node(f'_{parser.prog}')
+    start_rclpy([parser.prog], SignalHandlerOptions.ALL)
     try:
+        with rclpy_errors('the node could not be created: '):
+            node = Node(f'_{parser.prog}')
         return given.run(node, given)
     except GraphError as mistake:
         print(f'{parser.prog}: {mistake}', file=sys.stderr)

@@ -15,12 +15,12 @@ from diagnostic_msgs.msg import DiagnosticArray
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
 
 from comply_ros.learner.learner_config import ConfigError
 from comply_ros.nodes.diagnostics import process_name, TOPIC
 from comply_ros.nodes.lesson import running
 from comply_ros.nodes.node_processes import NodeDied, NodeProcess
+from comply_ros.nodes.ros_start import start_rclpy
 from comply_ros.terminal.command_line import whole_number
 from comply_ros.terminal.console import console, progress_bar, show_columns
 from comply_ros.terminal.interrupts import check, interrupts, StopFlag
@@ -131,7 +131,7 @@ def run(options: TrainingOptions) -> int:
     if not 0 <= given.after <= given.steps - 2 * WINDOW:
         raise ConfigError(f'steps must be at least {2 * WINDOW:,} more than after, and after at '
                           f'least 0, got {given.steps:,} and {given.after:,}')
-    rclpy.init(args=['soak'], signal_handler_options=SignalHandlerOptions.NO)
+    start_rclpy(['soak'])
     try:
         with interrupts() as stop:
             endless = replace(options.config, iterations=ENDLESS)

@@ -4,7 +4,8 @@ The clocks of a node: ROS time for pacing where it is used, a steady clock for t
 
 What paces a lesson (`rate`, `patience`, `advice_timeout`) follows ROS time where `use_sim_time`
 is set, and a steady clock otherwise. Everything else follows a steady clock. The system clock,
-which can be set back, is for time stamps and file names only.
+which can be set back, is for time stamps and file names only. A node that follows ROS time says
+when there is no /clock.
 """
 
 from collections.abc import Callable
@@ -75,6 +76,19 @@ class PaceClock:
         if ros_clock is None:
             return 'steady time', time.monotonic()
         return 'ROS time', ros_clock.now().nanoseconds / 1e9
+
+
+def waiting_for(node: Node, missing: str | None = None) -> str | None:
+    """
+    Return what a node waits for: /clock, where `use_sim_time` is set and nothing publishes it.
+
+    missing: what else the node waits for.
+    """
+    clock = _active_ros_clock(node)
+    is_silent = clock is not None and (  # before the first message, ROS time is 0
+        clock.now().nanoseconds == 0
+        or node.count_publishers(node.resolve_topic_name('/clock')) == 0)
+    return ' and for '.join(filter(None, ('/clock' if is_silent else None, missing))) or None
 
 
 def _active_ros_clock(node: Node) -> ROSClock | None:

@@ -8,7 +8,6 @@ from dataclasses import asdict
 import fcntl
 import os
 from pathlib import Path
-import re
 import shutil
 import sys
 import tempfile
@@ -18,25 +17,34 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 import rclpy
+from rclpy.exceptions import NameValidationException
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.signals import SignalHandlerOptions
+from rclpy.validate_full_topic_name import validate_full_topic_name
+from rclpy.validate_namespace import validate_namespace
 import yaml
 
 from comply_ros.learner.learner_config import ConfigError
 from comply_ros.mentor.mentor_policies import FROM_FILES
 from comply_ros.nodes.node_processes import NodeDied, NodeProcess, run_nodes
 from comply_ros.nodes.parameters import FASTEST, SLOWEST
+from comply_ros.nodes.ros_start import RosStartError, start_rclpy
 from comply_ros.nodes.run_monitor import LessonFailed, RunMonitor
 from comply_ros.nodes.spin import POLL_PERIOD
 from comply_ros.nodes.topics import ANOTHER
 from comply_ros.storage.learning_file import read_learning
 from comply_ros.terminal.command_line import real_number
 from comply_ros.terminal.interrupts import check, interrupts, StopFlag
-from comply_ros.terminal.training_options import main_with, training_parser, TrainingOptions
+from comply_ros.terminal.training_options import (
+    guarded,
+    main_with,
+    training_parser,
+    TrainingOptions,
+)
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import ReferenceReturns
 
 NODES = ('grid_world', 'mentor', 'learner')
+LONGEST_NAME = 'grid_world/set_parameters_atomically'  # of a topic or service in a lesson
 STATE = 'state'  # folder in that of the results, for the checkpoints of `--respawn`
 SAVE_TIMEOUT = 10.0  # seconds after which a learner that does not answer is asked again to save
 DISCOVERY = 0.5  # seconds in which most other nodes on the same topics are found
@@ -62,7 +70,7 @@ def lesson_parser() -> argparse.ArgumentParser:
 
 def main(argv: list[str]) -> int:
     """Run the command; return the exit code."""
-    return main_with(lesson_parser(), run, argv)
+    return guarded('lesson', (RosStartError,), lambda: main_with(lesson_parser(), run, argv))
 
 
 def run(options: TrainingOptions) -> int:
@@ -70,9 +78,7 @@ def run(options: TrainingOptions) -> int:
     if options.args.rate and not SLOWEST <= options.args.rate <= FASTEST:
         raise ConfigError(f'rate must be 0 or lie in [{SLOWEST}, {FASTEST}], '
                           f'got {options.args.rate:g}')
-    if not re.fullmatch(r'(/?[A-Za-z_]\w*)*', options.args.namespace):
-        raise ConfigError('a namespace is made of letters, digits, _ and /, '
-                          f'got {options.args.namespace!r}')
+    check_namespace(options.args.namespace)
     try:
         reference, advice, outcome = run_lesson(options)
     except (NodeDied, LessonFailed) as failure:
@@ -81,6 +87,18 @@ def run(options: TrainingOptions) -> int:
     from comply_ros.terminal.run_report import plot_here, report_training
     report_training(options, reference, advice, [outcome], plot_here)
     return 0
+
+
+def check_namespace(name: str) -> None:
+    """Return if the nodes of a lesson can have this namespace; raises ConfigError."""
+    full = f'/{name.strip("/")}'
+    try:
+        validate_namespace(full)
+        validate_full_topic_name(f'{full.rstrip("/")}/{LONGEST_NAME}')
+    except NameValidationException as error:
+        reason = str(error).partition('\n')[0].rstrip(':')
+        raise ConfigError(f'--namespace must be a name that ROS nodes can have, got {name!r}: '
+                          f'{reason}') from None
 
 
 def run_lesson(options: TrainingOptions, disturbance: Disturbance = lambda _: nullcontext(),
@@ -95,8 +113,7 @@ def run_lesson(options: TrainingOptions, disturbance: Disturbance = lambda _: nu
     Raises NodeDied or LessonFailed if there is no outcome, PlanningError for a world without a
     shortest way to its goal.
     """
-    rclpy.init(args=['lesson', '--ros-args', '--enclave', '/lesson'],
-               signal_handler_options=SignalHandlerOptions.NO)
+    start_rclpy(['lesson', '--ros-args', '--enclave', '/lesson'])
     try:
         with interrupts() as stop, lock_topics(options.args.namespace):
             monitor = RunMonitor(options.args.namespace, options.grid)

@@ -4,6 +4,7 @@
 from collections.abc import Callable
 from dataclasses import fields
 from typing import Any, NamedTuple
+from weakref import WeakSet
 
 from rcl_interfaces.msg import (
     FloatingPointRange,
@@ -30,6 +31,7 @@ from rclpy.service import Service
 from comply_ros.learner.learner_config import CONFIG_FIELDS, LearnerConfig
 from comply_ros.learner.presets import METHODS
 from comply_ros.mentor.advice_budget import ADVISING_MODES, UNLIMITED
+from comply_ros.nodes.ros_start import rclpy_errors
 from comply_ros.numerics.number_text import NUMBER
 from comply_ros.numerics.rng import SEED_LIMIT
 from comply_ros.protocol.channel_faults import Faults
@@ -145,6 +147,9 @@ KNOWN_NAMES = {each.name for each in (*globals().values(), *FAULTS, *ROS_PARAMET
 PARAMETER_TYPES = {kind.value for kind in RosParameter.Type}
 
 
+LIVING_NODES: WeakSet['SafeParameterNode'] = WeakSet()  # of this process
+
+
 class SafeParameterNode(Node):
     """
     A node that declares parameters of the table above, and lives on after malformed requests.
@@ -154,12 +159,14 @@ class SafeParameterNode(Node):
 
     def __init__(self, name: str, **kwargs: Any) -> None:
         try:
-            super().__init__(name, **kwargs)
+            with rclpy_errors('the node could not be created: '):
+                super().__init__(name, **kwargs)
         except (InvalidParameterTypeException, ParameterUninitializedException) as error:
             given = ((each, self._override(each)) for each in ROS_PARAMETERS
                      if each.name in self._parameter_overrides)
             wrong, value = next(each for each in given if type(each[1]) is not bool)
             raise ParameterError(_type_rule(wrong.name, bool, value)) from error
+        LIVING_NODES.add(self)
         for name in self._parameter_overrides:
             prefix, dot, _ = name.partition('.')  # rcl has names with dots, as of QoS overrides
             if name not in KNOWN_NAMES and (not dot or prefix in KNOWN_NAMES):
@@ -259,6 +266,18 @@ class SafeParameterNode(Node):
         if given is None:
             return None
         return [] if given.value is None else given.value  # rclpy takes [] for no value
+
+
+def destroy_nodes() -> None:
+    """
+    Destroy the nodes of this process, before rclpy shuts down.
+
+    What rclpy leaves to the end of the interpreter (of several nodes, every second one) would be
+    destroyed there in any order, with the middleware gone: a segmentation fault, now and then.
+    """
+    for node in list(LIVING_NODES):
+        LIVING_NODES.discard(node)
+        node.destroy_node()
 
 
 def descriptor(parameter: Parameter) -> ParameterDescriptor:

@@ -7,7 +7,7 @@ from typing import Any
 
 from comply_ros.nodes import cdr
 from comply_ros.nodes.checkpointing import Checkpointing
-from comply_ros.nodes.clocks import steady_timer
+from comply_ros.nodes.clocks import steady_timer, waiting_for
 from comply_ros.nodes.diagnostics import Diagnostics, ERROR, INACTIVE, OK, WARN
 from comply_ros.nodes.parameters import SafeParameterNode, STATE_DIR
 from comply_ros.nodes.topic_type_check import TopicTypeCheck
@@ -118,6 +118,10 @@ class ProtocolNode(SafeParameterNode):
         """Text of what the node does while all is well."""
         return 'runs'
 
+    def waiting_for(self) -> str | None:
+        """Return what the node waits for, None where it has all that it needs."""
+        return waiting_for(self, self.machine.waiting_for())
+
     def _try_again(self) -> None:
         """Write what could not be written before, then publish what waited for it."""
         if self._pending is not None and self.checkpointing.save(self.machine):
@@ -147,7 +151,7 @@ class ProtocolNode(SafeParameterNode):
     def _status(self) -> tuple[bytes, str]:
         """Level and text of the status; what the node waits for is logged once."""
         what, since, logged = self._wait_status
-        now = self.machine.waiting_for()
+        now = self.waiting_for()
         if now != what:
             since, logged = time.monotonic(), False
         waits_long = bool(now) and time.monotonic() - since >= PATIENCE - 0.5

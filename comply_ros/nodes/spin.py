@@ -13,19 +13,14 @@ from typing import Any
 
 import rclpy
 from rclpy.experimental import EventsExecutor
-from rclpy.logging import get_logger_level, LoggingSeverity, set_logger_level
-from rclpy.signals import SignalHandlerOptions
 
-from comply_ros.storage.file_system import printable
+from comply_ros.nodes.parameters import destroy_nodes
+from comply_ros.nodes.ros_start import RosStartError, start_rclpy
 from comply_ros.terminal.interrupts import interrupts, StopFlag
 
 HOLD = 'COMPLY_ROS_HOLD'  # environment variable: start when a byte comes on standard input
 POLL_PERIOD = 0.1  # seconds between two checks for Ctrl-C
 SHUTDOWN_TIMEOUT = 5  # seconds that rclpy has to shut down; then the kernel ends the process
-
-
-class CommandLineError(ValueError):
-    """ROS arguments that rclpy cannot read."""
 
 
 def run_node(make_node: Callable[[], Any], argv: list[str],
@@ -46,7 +41,7 @@ def run_node(make_node: Callable[[], Any], argv: list[str],
             if _is_released(stop):
                 _init(argv)
                 (spin or _spin)(make_node(), stop)
-    except (CommandLineError, *mistakes) as mistake:
+    except (RosStartError, *mistakes) as mistake:
         print(f'{Path(argv[0]).name}: {mistake}', file=sys.stderr)
         return 2
     finally:
@@ -54,6 +49,8 @@ def run_node(make_node: Callable[[], Any], argv: list[str],
             signal.signal(number, signal.SIG_IGN)
         signal.signal(signal.SIGALRM, signal.SIG_DFL)
         signal.alarm(SHUTDOWN_TIMEOUT)  # seen once: Fast DDS looped here and would not end
+        destroy_nodes()
+        gc.collect()  # of a node that could not be made, parts are left
         rclpy.try_shutdown()
         signal.alarm(0)
     return 0
@@ -70,20 +67,12 @@ def _is_released(stop: StopFlag) -> bool:
 
 
 def _init(argv: list[str]) -> None:
-    """Start rclpy without signal handlers of its own: they break into callbacks."""
+    """Start rclpy; raises RosStartError."""
     not_ros = list(takewhile(lambda word: word != '--ros-args', argv[1:]))
     if not_ros:
-        raise CommandLineError(f'takes ROS arguments only, got {" ".join(not_ros)!r}; '
-                               'parameters are given as --ros-args -p NAME:=VALUE')
-    set_logger_level('rcl', LoggingSeverity.FATAL)  # it logs the same in a line before ours
-    try:
-        rclpy.init(args=argv, signal_handler_options=SignalHandlerOptions.NO)
-    except (RuntimeError, UnicodeError) as error:
-        reason = str(error).removeprefix('failed to initialize rcl: ').partition(', at /')[0]
-        raise CommandLineError('the arguments after --ros-args must be known and valid: '
-                               f'{printable(" ".join(reason.split()))}') from None
-    if get_logger_level('rcl') == LoggingSeverity.FATAL:  # and not what --log-level rcl:= says
-        set_logger_level('rcl', LoggingSeverity.UNSET)
+        raise RosStartError(f'takes ROS arguments only, got {" ".join(not_ros)!r}; '
+                            'parameters are given as --ros-args -p NAME:=VALUE')
+    start_rclpy(argv)
 
 
 def _spin(node: Any, stop: StopFlag) -> None:
@@ -98,3 +87,4 @@ def _spin(node: Any, stop: StopFlag) -> None:
                 raise node.mistake
     finally:
         node.leave()
+        executor.shutdown()  # before its node is destroyed

@@ -153,7 +153,7 @@ class TeleopMentorNode(HumanMentorNode):
         self._remark = str(future.exception() or f'your policy starts as {self._spec}')
 
     def _status_lines(self) -> Iterator[str]:
-        missing, robot, left = self.machine.waiting_for(), self.machine.robot, self.seconds_left
+        missing, robot, left = self.waiting_for(), self.machine.robot, self.seconds_left
         if missing:
             yield f'waits for {missing}'
         if robot:

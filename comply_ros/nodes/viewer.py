@@ -12,7 +12,7 @@ from std_msgs.msg import Float64, Header
 
 from comply_ros.nodes import topics
 from comply_ros.nodes import viewer_messages as views
-from comply_ros.nodes.clocks import steady_timer
+from comply_ros.nodes.clocks import steady_timer, waiting_for
 from comply_ros.nodes.parameters import (
     CELL_SIZE,
     FRAME,
@@ -89,7 +89,7 @@ class ViewerNode(SafeParameterNode):
     def _tick(self) -> None:
         """Once a second: turn to another world if this one is gone; log what is missing."""
         self._log(self._view.tick())
-        missing = self._view.waiting_for()
+        missing = waiting_for(self, self._view.waiting_for())
         self._ticks_waited = self._ticks_waited + 1 if missing else 0
         if self._ticks_waited == PATIENCE:
             self.get_logger().warning(f'waits for {missing}')

@@ -38,7 +38,7 @@ def run(name: str, *arguments: str, timeout: float = DEADLINE,
 
 def tool_command(name: str, *arguments: str) -> list[str]:
     """Command of a tool such as `topic`, to be run in `ROOT`: tools are not installed."""
-    return [sys.executable, '-m', f'tools.{name}', *arguments]
+    return [sys.executable, '-m', 'tools', name, *arguments]
 
 
 def run_tool(name: str, *arguments: str, timeout: float = DEADLINE) -> subprocess.CompletedProcess:

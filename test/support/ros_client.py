@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """A node of a test: it calls services, sets parameters and receives messages."""
 
+from collections import defaultdict
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 import time
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 import rclpy
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -26,6 +27,7 @@ class RosClient(Node):
     Attributes
     ----------
     statuses: the last status message of each node on `/diagnostics`, by name.
+    health: all that each node has published on `/diagnostics`, by name.
     received: the messages of each topic, by name.
 
     """
@@ -33,6 +35,7 @@ class RosClient(Node):
     def __init__(self, context: rclpy.Context) -> None:
         super().__init__('ros_client', context=context)
         self.statuses: dict[str, str] = {}
+        self.health: defaultdict[str, list[DiagnosticStatus]] = defaultdict(list)
         self.received: dict[str, list[Any]] = {}
         self._called = 0.0
         self.executor_ = rclpy.executors.SingleThreadedExecutor(context=context)
@@ -88,6 +91,11 @@ class RosClient(Node):
         value, = self._call_parameters(client, lambda: client.get_parameters([name])).values
         return rclpy.parameter.parameter_value_to_python(value)
 
+    def steps(self, node: str) -> int:
+        """Return the steps that a node has last reported on `/diagnostics`; 0 before it did."""
+        values = self.health[node][-1].values if self.health[node] else ()
+        return next((int(each.value) for each in values if each.key == 'steps'), 0)
+
     def _call_parameters(self, client: AsyncParameterClient, call: Callable[[], Any]) -> Any:
         """Return the response to a call, which is repeated: a killed node does not respond."""
         self.until(client.services_are_ready, 'parameters')
@@ -103,6 +111,7 @@ class RosClient(Node):
     def _on_diagnostics(self, msg: DiagnosticArray) -> None:
         for status in msg.status:
             self.statuses[status.name] = status.message
+            self.health[status.name].append(status)
 
 
 @contextmanager

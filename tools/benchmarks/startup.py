@@ -8,9 +8,9 @@ from typing import Any
 
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.signals import SignalHandlerOptions
 
 from comply_ros.nodes.node_processes import ended_with_block, NodeProcess
+from comply_ros.nodes.ros_start import start_rclpy
 from comply_ros.nodes.topics import ACTION
 from tools.benchmarks.interleave import Bench, Row
 from tools.benchmarks.processes import end, NODES, ROOT, wait_until, write_parameters
@@ -62,7 +62,7 @@ def start_nodes(bench: Bench) -> dict[str, dict[str, float]]:
 def start_demo(bench: Bench) -> float:
     """Return the seconds from the start of `scripts/demo` to the first action of its learner."""
     actions: list[Any] = []
-    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    start_rclpy(['benchmarks'])
     try:
         executor, node = SingleThreadedExecutor(), rclpy.create_node('benchmark')
         node.create_subscription(ACTION.message, ACTION.name, actions.append, ACTION.qos)

@@ -1,0 +1,22 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A ROS domain that nobody else has, for a test or a file of tests."""
+
+from collections.abc import Generator
+from contextlib import contextmanager
+import os
+
+import pytest
+import shared_memory
+
+
+@contextmanager
+def own_domain(monkeypatch: pytest.MonkeyPatch) -> Generator[int]:
+    """Give a ROS domain to this process, and to those that it starts."""
+    from domain_coordinator import domain_id
+    with domain_id() as number:
+        monkeypatch.setenv('ROS_DOMAIN_ID', str(number))
+        monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+        monkeypatch.setenv('ROS_PYTHON_CHECK_FIELDS', '1')
+        assert os.environ['ROS_DOMAIN_ID'] == str(number)
+        shared_memory.clear(number)  # of nodes that earlier tests have killed
+        yield number
