@@ -78,7 +78,7 @@ def run(options: TrainingOptions) -> int:
         print(f'lesson: {failure}', file=sys.stderr)
         return 1
     from comply_ros.terminal.run_report import plot_here, report_training
-    report_training(options, reference, advice, [outcome], plot_here)
+    report_training(options, options.out, reference, advice, [outcome], plot_here)
     return 0
 
 

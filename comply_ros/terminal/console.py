@@ -12,7 +12,10 @@ from rich.measure import Measurement
 from rich.table import Column, Table
 from rich.text import Text
 
-console = Console(stderr=True, highlight=False)
+from comply_ros.storage.file_system import printable
+
+# Names that a user chose are no markup: [bold] and :smile: are printed as they are.
+console = Console(stderr=True, highlight=False, markup=False, emoji=False)
 
 
 class StatusPart(progress.ProgressColumn):
@@ -61,7 +64,7 @@ def progress_bar() -> progress.Progress:
     time = progress.TimeRemainingColumn(compact=True)
     parts = [StatusPart(number) for number in range(3)]
     return FittingProgress(
-        spinner, progress.TextColumn('{task.description}'), bar, count, time, *parts,
+        spinner, progress.TextColumn('{task.description}', markup=False), bar, count, time, *parts,
         droppable=(spinner, parts[2], bar, parts[1], time))
 
 
@@ -76,19 +79,24 @@ def iteration_status(mean_return: float, confidence: float,
     return tuple(parts)
 
 
-def show_table(summary: Mapping[str, Any], seeds: Sequence[int], files: Iterable[Path]) -> None:
-    """Print the results of the first of the seeds, and the paths of the files."""
+def show_table(summary: Mapping[str, Any], seeds: Sequence[int]) -> None:
+    """Print the results of the first of the seeds."""
     table = Table(show_header=False, box=None, padding=(0, 2, 0, 0))
-    for name, value, remark in _rows(summary):
-        table.add_row(name, value, f'[dim]{remark}[/]')
+    rows = list(_rows(summary))
     if len(seeds) > 1:
-        table.add_row('seed', str(seeds[0]), f'[dim]the first of {len(seeds)}; the picture and '
-                      'summary.json have all[/]')
+        rows.append(('seed', str(seeds[0]),
+                     f'the first of {len(seeds)}; the picture and summary.json have all'))
+    for name, value, remark in rows:
+        table.add_row(name, value, Text(printable(remark), style='dim'))
     console.print()
     console.print(table)
     console.print()
+
+
+def show_paths(files: Iterable[Path]) -> None:
+    """Print the paths of files as soon as each of them is there."""
     for path in files:
-        console.print(f'  {path}', soft_wrap=True)
+        console.print(f'  {printable(path)}', soft_wrap=True)
 
 
 def show_columns(heads: Iterable[str], rows: Iterable[Iterable[str]]) -> None:
