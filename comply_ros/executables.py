@@ -79,9 +79,10 @@ def _run(name: str) -> int:
         signal.signal(number, lambda *_: os._exit(interrupted))
     from comply_ros.storage.kernel_cache import use_kernel_cache  # only now can Ctrl-C end it
     use_kernel_cache()
-    code = import_module(f'comply_ros.{module}').main(sys.argv)
+    from comply_ros.terminal.standard_output import standard_output
+    with standard_output():
+        code = import_module(f'comply_ros.{module}').main(sys.argv)
     if name == 'train':
-        sys.stdout.flush()
         sys.stderr.flush()
         os._exit(code)  # a quarter of a second sooner than by unloading the compiler
     return code

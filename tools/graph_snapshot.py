@@ -19,6 +19,7 @@ from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from comply_ros.nodes.node_processes import ended_with_block, NodeProcess
 from comply_ros.nodes.parameters import ADVISING, BAG, BUDGET, Parameter, PORT
+from comply_ros.terminal.standard_output import standard_output
 from tools.interfaces_markdown import Endpoint, NodeInterfaces, NodeKind, pages_of
 from tools.ros_graph import (
     call,
@@ -177,4 +178,5 @@ def _parameters(node: Node, name: str,
 
 
 if __name__ == '__main__':
-    sys.exit(main(sys.argv))
+    with standard_output():
+        sys.exit(main(sys.argv))

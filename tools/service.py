@@ -10,6 +10,7 @@ from rclpy.node import Node
 from rosidl_parser.definition import AbstractSequence, Array, NamespacedType
 import yaml
 
+from comply_ros.terminal.standard_output import standard_output
 from tools.ros_graph import (
     call,
     command_parser,
@@ -126,4 +127,5 @@ def _field_value(slot: Any, value: Any, kind: str) -> Any:
 
 
 if __name__ == '__main__':
-    sys.exit(main(sys.argv))
+    with standard_output():
+        sys.exit(main(sys.argv))

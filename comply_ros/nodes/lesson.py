@@ -69,9 +69,7 @@ def run(options: TrainingOptions) -> int:
     if options.args.rate and not SLOWEST <= options.args.rate <= FASTEST:
         raise ConfigError(f'rate must be 0 or lie in [{SLOWEST}, {FASTEST}], '
                           f'got {options.args.rate:g}')
-    if not re.fullmatch(r'(/?[A-Za-z_]\w*)*', options.args.namespace):
-        raise ConfigError('a namespace is made of letters, digits, _ and /, '
-                          f'got {options.args.namespace!r}')
+    check_namespace(options.args.namespace)
     try:
         reference, advice, outcome = run_lesson(options)
     except (NodeDied, LessonFailed) as failure:
@@ -80,6 +78,17 @@ def run(options: TrainingOptions) -> int:
     from comply_ros.terminal.run_report import plot_here, report_training
     report_training(options, options.out, reference, advice, [outcome], plot_here)
     return 0
+
+
+def check_namespace(name: str) -> None:
+    """Raise ConfigError if nodes cannot have this namespace."""
+    if not re.fullmatch(r'(/?[A-Za-z_]\w*)*', name):
+        raise ConfigError(f'a namespace is made of letters, digits, _ and /, got {name!r}')
+
+
+def namespace_arguments(name: str) -> list[str]:
+    """Return the ROS arguments of a node in a namespace, none for ''."""
+    return ['-r', f'__ns:=/{name.strip("/")}'] if name.strip('/') else []
 
 
 def run_lesson(options: TrainingOptions, disturbance: Disturbance = lambda _: nullcontext(),
@@ -141,7 +150,8 @@ def lock_topics(namespace: str) -> Generator[None, None, None]:
 
     Raises LessonFailed if another lesson of this user has them.
     """
-    place = f'{os.getuid()}-{os.environ.get("ROS_DOMAIN_ID") or 0}-{namespace.replace("/", "_")}'
+    name = namespace.strip('/').replace('/', '_')
+    place = f'{os.getuid()}-{os.environ.get("ROS_DOMAIN_ID") or 0}-{name}'
     with open(Path(tempfile.gettempdir()) / f'comply_ros-lesson-{place}.lock', 'w') as lock:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -155,8 +165,7 @@ def running(options: TrainingOptions, held: bool = False,
     """Run the three nodes as processes that end with the block, whatever happens in it."""
     arguments = ['--params-file', str(write_parameters(options))]
     shutil.rmtree(options.out / STATE, ignore_errors=True)  # of an earlier lesson
-    if options.args.namespace:
-        arguments += ['-r', f'__ns:=/{options.args.namespace.strip("/")}']
+    arguments += namespace_arguments(options.args.namespace)
     if options.args.rate:
         arguments += ['-p', f'rate:={options.args.rate!r}']
     return run_nodes(dict.fromkeys(NODES, arguments), options.out, held)

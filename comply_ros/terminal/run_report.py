@@ -65,7 +65,7 @@ def _plot(name: str, *arguments: Any) -> None:
 def report_training(training: TrainingSpec, folder: Path, reference: ReferenceReturns,
                     advice: NDArray[np.int8], outcomes: Sequence[dict[str, Any]],
                     plot: Plot = plot_here) -> None:
-    """Write and show the numbers of a training, then its pictures; arguments as `write_results`."""
+    """Write and show the results of a training; arguments as `write_results`."""
     summary, files = write_numbers(training, folder, reference, advice, outcomes)
     first = summary if len(outcomes) == 1 else {
         key: value[0] if key in PER_SEED else value for key, value in summary.items()}
