@@ -32,7 +32,7 @@ def main(argv: Sequence[str]) -> int:
     add('file', metavar='FILE.yaml', help='what to combine; config/sweep.yaml is an example')
     add('--out', metavar='FILE.csv', help='(default: runs/FILE.csv)')
     add('--workers', type=whole_number, metavar='N',
-        help='runs at once (default: as many as cores)')
+        help='runs at once (default: as many as cores that this process may use)')
     add('--scheduler', metavar='ADDRESS', help='of a Dask cluster to run on, such as '
         'tcp://10.0.0.1:8786 (default: this machine)')
     options = parser.parse_args(argv[1:])
