@@ -52,7 +52,8 @@ def as_json(rows: Iterable[Row]) -> list[dict[str, Any]]:
 
 def machine() -> dict[str, Any]:
     """Processor, cores, versions and date; nothing that identifies the owner of the machine."""
-    return {'date': date.today().isoformat(), 'processor': _processor(), 'cores': available_cores(),
+    return {'date': date.today().isoformat(), 'processor': _processor(),
+            'cores': available_cores(),
             'load at the start': round(os.getloadavg()[0], 1),
             'comply_ros': __version__, 'Python': platform.python_version(),
             **{name: _installed(package, name) for name, package in PACKAGES.items()}}
