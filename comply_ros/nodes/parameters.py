@@ -109,6 +109,9 @@ STATE_DIR = Parameter(
 BAG = Parameter(
     'bag', '', 'Folder of the bag to write, which must not exist yet; empty: named after the '
     'time, in runs/')
+RECORDED = Parameter(
+    'topics', ['view/*'], 'Topics to record besides those of the conversation: names, or patterns '
+    'such as view/*')
 TOPICS = Parameter(
     'topics', ['state', 'recommendation', 'action'], 'Topics to relay: messages on NAME/before '
     'are published on NAME')
