@@ -167,7 +167,8 @@ def _parameters(node: Node, name: str,
     """Yield the descriptor and the default of each parameter of a node."""
     listed = call(node, ListParameters, f'{name}/list_parameters', ListParameters.Request(),
                   START_TIMEOUT)
-    names = [each for each in listed.result.names if each not in PARAMETERS_OF_EVERY_NODE]
+    names = [each for each in listed.result.names if each not in PARAMETERS_OF_EVERY_NODE
+             and not each.startswith('qos_overrides.')]
     descriptors = call(node, DescribeParameters, f'{name}/describe_parameters',
                        DescribeParameters.Request(names=names), START_TIMEOUT).descriptors
     values = call(node, GetParameters, f'{name}/get_parameters',

@@ -25,6 +25,7 @@ from rclpy.exceptions import (
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 from rclpy.parameter import parameter_value_to_python
+from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.service import Service
 
 from comply_ros.learner.learner_config import CONFIG_FIELDS, LearnerConfig
@@ -156,6 +157,7 @@ class SafeParameterNode(Node):
     """
 
     def __init__(self, name: str, **kwargs: Any) -> None:
+        self._has_parameters = False
         try:
             super().__init__(name, **kwargs)
         except (InvalidParameterTypeException, ParameterUninitializedException) as error:
@@ -163,6 +165,7 @@ class SafeParameterNode(Node):
                      if each.name in self._parameter_overrides)
             wrong, value = next(each for each in given if type(each[1]) is not bool)
             raise ParameterError(_type_rule(wrong.name, bool, value)) from error
+        self._has_parameters = True
         for name in self._parameter_overrides:
             prefix, dot, _ = name.partition('.')  # rcl has names with dots, as of QoS overrides
             if name not in KNOWN_NAMES and (not dot or prefix in KNOWN_NAMES):
@@ -210,6 +213,23 @@ class SafeParameterNode(Node):
         self.add_on_set_parameters_callback(check)
         self.add_post_set_parameters_callback(
             lambda parameters: apply({each.name: each.value for each in parameters}))
+
+    def create_publisher(self, msg_type: Any, topic: str, qos_profile: Any,
+                         **settings: Any) -> Any:
+        """Create a publisher; its QoS can be overridden unless `settings` say otherwise."""
+        return super().create_publisher(msg_type, topic, qos_profile,
+                                        **self._with_overrides(settings))
+
+    def create_subscription(self, msg_type: Any, topic: str, callback: Any, qos_profile: Any,
+                            **settings: Any) -> Any:
+        """Create a subscription; its QoS can be overridden unless `settings` say otherwise."""
+        return super().create_subscription(msg_type, topic, callback, qos_profile,
+                                           **self._with_overrides(settings))
+
+    def _with_overrides(self, settings: dict[str, Any]) -> dict[str, Any]:
+        if not self._has_parameters:  # rclpy's own topics
+            return settings
+        return {'qos_overriding_options': QoSOverridingOptions.with_default_policies(), **settings}
 
     def create_service(self, srv_type: Any, srv_name: str, callback: Callable[..., Any],
                        **settings: Any) -> Service:

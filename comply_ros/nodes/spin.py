@@ -13,13 +13,21 @@ from typing import Any
 
 import rclpy
 from rclpy.experimental import EventsExecutor
-from rclpy.logging import get_logger_level, LoggingSeverity, set_logger_level
+from rclpy.logging import (
+    get_logger_effective_level,
+    get_logger_level,
+    LoggingSeverity,
+    set_logger_level,
+)
 from rclpy.signals import SignalHandlerOptions
 
+from comply_ros.nodes.node_help import help_text
 from comply_ros.storage.file_system import printable
 from comply_ros.terminal.interrupts import interrupts, StopFlag
 
 HOLD = 'COMPLY_ROS_HOLD'  # environment variable: start when a byte comes on standard input
+MIDDLEWARE_LOGGERS = ('rcutils', 'rmw_dds_common', 'rmw_fastrtps_cpp', 'rmw_fastrtps_shared_cpp',
+                      'rmw_cyclonedds_cpp', 'rmw_zenoh_cpp', 'rcl_lifecycle', 'rcl_action')
 POLL_PERIOD = 0.1  # seconds between two checks for Ctrl-C
 SHUTDOWN_TIMEOUT = 5  # seconds that rclpy has to shut down; then the kernel ends the process
 
@@ -41,6 +49,9 @@ def run_node(make_node: Callable[[], Any], argv: list[str],
     spin: called with the node and the `StopFlag` instead of spinning it in the ordinary way.
 
     """
+    if {'-h', '--help'} & set(_before_ros_arguments(argv)):
+        print(help_text(Path(argv[0]).name))
+        return 0
     try:
         with interrupts() as stop:
             if _is_released(stop):
@@ -71,10 +82,12 @@ def _is_released(stop: StopFlag) -> bool:
 
 def _init(argv: list[str]) -> None:
     """Start rclpy without signal handlers of its own: they break into callbacks."""
-    not_ros = list(takewhile(lambda word: word != '--ros-args', argv[1:]))
+    not_ros = _before_ros_arguments(argv)
     if not_ros:
         raise CommandLineError(f'takes ROS arguments only, got {" ".join(not_ros)!r}; '
                                'parameters are given as --ros-args -p NAME:=VALUE')
+    if os.environ.get('NO_COLOR'):
+        os.environ.setdefault('RCUTILS_COLORIZED_OUTPUT', '0')
     set_logger_level('rcl', LoggingSeverity.FATAL)  # it logs the same in a line before ours
     try:
         rclpy.init(args=argv, signal_handler_options=SignalHandlerOptions.NO)
@@ -82,8 +95,16 @@ def _init(argv: list[str]) -> None:
         reason = str(error).removeprefix('failed to initialize rcl: ').partition(', at /')[0]
         raise CommandLineError('the arguments after --ros-args must be known and valid: '
                                f'{printable(" ".join(reason.split()))}') from None
+    is_debug = get_logger_effective_level('') == LoggingSeverity.DEBUG
     if get_logger_level('rcl') == LoggingSeverity.FATAL:  # and not what --log-level rcl:= says
-        set_logger_level('rcl', LoggingSeverity.UNSET)
+        set_logger_level('rcl', LoggingSeverity.INFO if is_debug else LoggingSeverity.UNSET)
+    for name in MIDDLEWARE_LOGGERS:  # thousands of lines a second
+        if is_debug and get_logger_level(name) == LoggingSeverity.UNSET:
+            set_logger_level(name, LoggingSeverity.INFO)
+
+
+def _before_ros_arguments(argv: list[str]) -> list[str]:
+    return list(takewhile(lambda word: word != '--ros-args', argv[1:]))
 
 
 def _spin(node: Any, stop: StopFlag) -> None:
