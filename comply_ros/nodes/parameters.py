@@ -120,6 +120,9 @@ DEPTH = Parameter(
     'depth', 1, 'Messages of a latched topic that late subscribers receive: the depth of the '
     'relayed publisher, which discovery does not tell', (1, 100_000))
 FRAME = Parameter('frame', 'map', 'Coordinate frame of everything that the viewer publishes')
+ROBOT_FRAME = Parameter(
+    'robot_frame', 'robot', 'Coordinate frame of the robot, published on /tf where tf2_msgs is '
+    'installed; empty: not published')
 CELL_SIZE = Parameter('cell_size', 1.0, 'Side of a cell, in metres', (0.001, 1000))
 ROBOT_RATE = Parameter(
     'robot_rate', 10.0, 'How often per second robot, trail and returns are published, if they '
