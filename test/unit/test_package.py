@@ -44,7 +44,8 @@ def test_the_launch_file_has_the_documented_arguments_and_all_methods():
     names = [row.elts[0].value for row in tables['ARGUMENTS'].elts]
     assert names == ['map', 'method', 'mentor', 'mentor_seed', 'budget', 'rate', 'seed',
                      'iterations', 'initial_learning', 'learns', 'profile', 'namespace',
-                     'params_file', 'state_dir', 'respawn', 'viewer', 'rviz', 'dashboard', 'record', 'log_level']
+                     'params_file', 'state_dir', 'respawn', 'viewer', 'rviz',
+                     'dashboard', 'record', 'log_level']
     choices, renamed = (ast.literal_eval(tables[name]) for name in ('CHOICES', 'RENAMED'))
     assert choices['method'] == ['', *METHODS['published']]
     assert choices['profile'] == ['', *METHODS]
