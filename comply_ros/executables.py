@@ -34,7 +34,7 @@ EXTRAS = {
 # ROS packages that are imported, besides `comply_msgs`.
 ROS_PACKAGES = (
     'ament_index_python', 'builtin_interfaces', 'diagnostic_msgs', 'geometry_msgs', 'nav_msgs',
-    'rcl_interfaces', 'rclpy', 'std_msgs', 'std_srvs', 'visualization_msgs')
+    'rcl_interfaces', 'rclpy', 'std_msgs', 'std_srvs', 'tf2_msgs', 'visualization_msgs')
 
 
 def run(name: str) -> int:
@@ -103,9 +103,10 @@ def _run(name: str) -> int:
         signal.signal(number, lambda *_: os._exit(interrupted))
     from comply_ros.storage.kernel_cache import use_kernel_cache  # only now can Ctrl-C end it
     use_kernel_cache()
-    code = import_module(f'comply_ros.{module}').main(sys.argv)
+    from comply_ros.terminal.standard_output import standard_output
+    with standard_output():
+        code = import_module(f'comply_ros.{module}').main(sys.argv)
     if name == 'train':
-        sys.stdout.flush()
         sys.stderr.flush()
         os._exit(code)  # a quarter of a second sooner than by unloading the compiler
     return code

@@ -14,6 +14,8 @@ from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
 
+from comply_ros.nodes.node_help import NODE_PARAMETERS
+
 DEFAULT_FILE = PathJoinSubstitution([FindPackageShare('comply_ros'), 'config', 'teach.yaml'])
 # Name, default and description. An empty value leaves the parameter to the file.
 ARGUMENTS = (
@@ -21,6 +23,9 @@ ARGUMENTS = (
     ('method', '', 'method of the learner'),
     ('mentor', '', 'optimal, random, adversarial, noisy:P, snapshot:Q, file:PATH, '
      'learned:FILE.npz or none; with @C behind it, in a share C of the states only'),
+    ('mentor_seed', '', 'which one of the mentors of this kind'),
+    ('budget', '', 'recommendations that the mentor may give; 0: no limit'),
+    ('rate', '', 'steps per second; 0: as fast as possible'),
     ('seed', '', 'seed of the random numbers of world and learner'),
     ('iterations', '', 'iterations to learn for; 0: without end'),
     ('initial_learning', '', 'saved learning.npz to begin with; it is no checkpoint'),
@@ -32,6 +37,8 @@ ARGUMENTS = (
     ('respawn', 'false', 'start killed nodes again; with a state_dir nothing is lost'),
     ('viewer', 'false', 'publish maps, markers and numbers that RViz and Foxglove show'),
     ('rviz', 'false', 'start RViz and the viewer; needs the package rviz2'),
+    ('dashboard', 'false', 'serve the page that shows the run, on http://localhost:8080'),
+    ('record', 'false', 'record all messages to a bag in runs/'),
     ('log_level', 'info', 'log level of the nodes'),
 )
 CHOICES = {
@@ -45,18 +52,21 @@ CHOICES = {
     'respawn': ['true', 'false'],
     'viewer': ['true', 'false'],
     'rviz': ['true', 'false'],
+    'dashboard': ['true', 'false'],
+    'record': ['true', 'false'],
     'log_level': ['debug', 'info', 'warn', 'error', 'fatal'],
 }
 # The nodes, and the arguments that set their parameters.
 NODES = {
-    'grid_world': ('map', 'profile', 'seed', 'state_dir'),
-    'mentor': ('mentor', 'state_dir'),
+    'grid_world': ('map', 'profile', 'seed', 'rate', 'state_dir'),
+    'mentor': ('mentor', 'mentor_seed', 'budget', 'state_dir'),
     'learner': ('method', 'profile', 'seed', 'iterations', 'initial_learning', 'learns',
                 'state_dir'),
 }
+RENAMED = {'mentor_seed': 'seed'}  # arguments with another name than their parameter
 # Topics that RViz shows; in a namespace they are remapped.
 VIEW_TOPICS = ('map', 'trust', 'values', 'places', 'mentor', 'policy', 'trail', 'robot')
-NOT_TEXT = ('seed', 'iterations', 'learns')
+NOT_TEXT = ('seed', 'mentor_seed', 'budget', 'rate', 'iterations', 'learns')
 INVALID_ARGUMENTS = 2  # exit code of a node; it would fail again
 
 
@@ -76,16 +86,16 @@ def nodes(context: LaunchContext) -> list[Node]:
         raise ValueError(f'params_file must be a file, got {given["params_file"]!r}')
     respawns, started = given['respawn'] == 'true', []
     for name, arguments in NODES.items():
-        values = {each: ParameterValue(LaunchConfiguration(each),
-                                       value_type=None if each in NOT_TEXT else str)
-                  for each in arguments if given[each]}
+        values = {RENAMED.get(each, each): ParameterValue(
+            LaunchConfiguration(each), value_type=None if each in NOT_TEXT else str)
+            for each in arguments if given[each]}
         started.append(Node(
             package='comply_ros', executable=name, name=name, namespace=given['namespace'],
             parameters=[given['params_file'], values],  # the file first, so that arguments win
             arguments=['--ros-args', '--enclave', f'/{name}', '--log-level', given['log_level']],
             output='screen', emulate_tty=True, respawn=respawns, respawn_delay=0.5,
             on_exit=shut_down_after(name, respawns)))
-    return [*started, *viewers(given)]
+    return [*started, *viewers(given), *observers(given)]
 
 
 def viewers(given: dict[str, str]) -> list[Node]:
@@ -107,6 +117,27 @@ def viewers(given: dict[str, str]) -> list[Node]:
     return started
 
 
+def observers(given: dict[str, str]) -> list[Node]:
+    """Return the page, which only watches, and the recorder if they are wanted."""
+    return [Node(
+        package='comply_ros', executable=name, name=name, namespace=given['namespace'],
+        parameters=[given['params_file'], values], output='screen', emulate_tty=True,
+        arguments=['--ros-args', '--enclave', f'/{name}', '--log-level', given['log_level']])
+        for name, values in (('record', {}), ('dashboard', {'teach': False}))
+        if given[name] == 'true']
+
+
+def description_of(name: str, default: Any, text: str) -> str:
+    """Return the description of an argument; of an empty one, with what counts instead."""
+    for node, arguments in NODES.items():
+        if name in arguments and default == '':
+            value, = (each.default for each in NODE_PARAMETERS[node]
+                      if each.name == RENAMED.get(name, name))
+            shown = str(value).lower() if isinstance(value, bool) else value
+            return f'{text}; default: that of params_file, else {shown if shown != "" else "none"}'
+    return text
+
+
 def check_rviz() -> None:
     """Raise ValueError if RViz is not installed."""
     try:
@@ -119,7 +150,8 @@ def check_rviz() -> None:
 
 def generate_launch_description() -> LaunchDescription:
     """Return the arguments and the nodes."""
-    arguments = [DeclareLaunchArgument(name, default_value=default, description=text,
+    arguments = [DeclareLaunchArgument(name, default_value=default,
+                                       description=description_of(name, default, text),
                                        choices=CHOICES.get(name))
                  for name, default, text in ARGUMENTS]
     return LaunchDescription([*arguments, OpaqueFunction(function=nodes)])

@@ -21,7 +21,8 @@ from comply_ros.nodes.run_monitor import LessonFailed
 from comply_ros.numerics.rng import SEED_LIMIT
 from comply_ros.storage.mentor_cache import mentor_policy
 from comply_ros.terminal.command_line import CommandParser, real_number, whole_number
-from comply_ros.terminal.console import console
+from comply_ros.terminal.console import console, progress_console
+from comply_ros.terminal.standard_output import standard_output
 from comply_ros.terminal.training_options import (
     check_options,
     guarded,
@@ -87,7 +88,8 @@ class NodeKiller:
             process = self._random.choice(processes)
             if process.kill():
                 self.kills[process.name] += 1
-                console.print(f'  {time.monotonic() - start:6.2f} s  kill -9 {process.name}')
+                progress_console.print(
+                    f'  {time.monotonic() - start:6.2f} s  kill -9 {process.name}')
 
 
 def main(argv: Sequence[str]) -> int:
@@ -154,4 +156,5 @@ def digest_in_process(options: TrainingOptions) -> str:
 
 
 if __name__ == '__main__':
-    sys.exit(main(sys.argv))
+    with standard_output():
+        sys.exit(main(sys.argv))

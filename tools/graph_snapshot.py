@@ -21,6 +21,7 @@ from rclpy.topic_endpoint_info import TopicEndpointInfo
 from comply_ros.nodes.node_processes import ended_with_block, NodeProcess
 from comply_ros.nodes.parameters import ADVISING, BAG, BUDGET, Parameter, PORT
 from comply_ros.nodes.ros_start import start_rclpy
+from comply_ros.terminal.standard_output import standard_output
 from tools.interfaces_markdown import Endpoint, NodeInterfaces, NodeKind, pages_of
 from tools.ros_graph import (
     call,
@@ -168,7 +169,8 @@ def _parameters(node: Node, name: str,
     """Yield the descriptor and the default of each parameter of a node."""
     listed = call(node, ListParameters, f'{name}/list_parameters', ListParameters.Request(),
                   START_TIMEOUT)
-    names = [each for each in listed.result.names if each not in PARAMETERS_OF_EVERY_NODE]
+    names = [each for each in listed.result.names if each not in PARAMETERS_OF_EVERY_NODE
+             and not each.startswith('qos_overrides.')]
     descriptors = call(node, DescribeParameters, f'{name}/describe_parameters',
                        DescribeParameters.Request(names=names), START_TIMEOUT).descriptors
     values = call(node, GetParameters, f'{name}/get_parameters',
@@ -179,4 +181,5 @@ def _parameters(node: Node, name: str,
 
 
 if __name__ == '__main__':
-    sys.exit(main(sys.argv))
+    with standard_output():
+        sys.exit(main(sys.argv))

@@ -13,6 +13,7 @@ from rclpy.parameter import parameter_value_to_python
 
 from comply_ros.numerics.number_text import read_integer, read_number
 from comply_ros.storage.user_files import load_yaml
+from comply_ros.terminal.standard_output import standard_output
 from tools.ros_graph import (
     call,
     command_parser,
@@ -190,4 +191,5 @@ def _nodes(node: Node, timeout: float, is_complete: Callable[[list[str]], object
 
 
 if __name__ == '__main__':
-    sys.exit(main(sys.argv))
+    with standard_output():
+        sys.exit(main(sys.argv))

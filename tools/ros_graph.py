@@ -16,6 +16,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from comply_ros.nodes.ros_start import rclpy_errors, start_rclpy
 from comply_ros.terminal.command_line import CommandParser, real_number
+from comply_ros.terminal.standard_output import is_closed
 
 Seen = TypeVar('Seen')
 NamesAndTypes = Iterable[tuple[str, Sequence[str]]]
@@ -63,6 +64,14 @@ def run_command(parser: argparse.ArgumentParser, argv: Sequence[str]) -> int:
         return 0
     finally:
         rclpy.try_shutdown()
+
+
+def spin_while_read(node: Node, is_done: Callable[[], object] = lambda: False) -> None:
+    """Spin until it is done; raises BrokenPipeError where nobody reads the output any more."""
+    while not is_done():
+        rclpy.spin_once(node, timeout_sec=0.1)
+        if is_closed():
+            raise BrokenPipeError
 
 
 def full_name(name: str) -> str:

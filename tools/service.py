@@ -8,8 +8,9 @@ from typing import Any
 
 from rclpy.node import Node
 from rosidl_parser.definition import AbstractSequence, Array, NamespacedType
-import yaml
 
+from comply_ros.storage.user_files import load_yaml, YamlError
+from comply_ros.terminal.standard_output import standard_output
 from tools.ros_graph import (
     call,
     command_parser,
@@ -48,7 +49,7 @@ def show_response(node: Node, given: argparse.Namespace) -> int:
     kind: Any = type_named(given.type)
     if not hasattr(kind, 'Request'):
         raise GraphError(f'a service must have the type of a service, got {given.type!r}')
-    request = filled(kind.Request(check_fields=True), _values(given.values), given.type)
+    request = filled(kind.Request(check_fields=True), values_of(given.values), given.type)
     name, actual = find(node, lambda: _services(node), given.service, given.timeout, 'service')
     if actual != given.type:
         raise GraphError(f'service {name!r} has the type {actual}, got {given.type!r}')
@@ -64,19 +65,19 @@ def _services(node: Node) -> list[tuple[str, list[str]]]:
     return [each for each in node.get_service_names_and_types() if not each[0].startswith(own)]
 
 
-def _values(text: str | None) -> dict[str, Any]:
+def values_of(text: str | None) -> dict[str, Any]:
     """
     Return the table that a YAML text contains.
 
     Raises
     ------
-    GraphError: if it contains none.
+    GraphError: if it contains none, or numbers that are not decimal.
 
     """
     try:
-        values = yaml.safe_load(text or '{}')
-    except (yaml.YAMLError, ValueError, RecursionError):
-        values = None
+        values = load_yaml(text or '{}').value
+    except YamlError as error:
+        raise GraphError(error.about('the values of a request')) from None
     if not isinstance(values, dict):
         raise GraphError('the values of a request must be a table in YAML such as '
                          f'"{{data: true}}", got {text!r}')
@@ -126,4 +127,5 @@ def _field_value(slot: Any, value: Any, kind: str) -> Any:
 
 
 if __name__ == '__main__':
-    sys.exit(main(sys.argv))
+    with standard_output():
+        sys.exit(main(sys.argv))

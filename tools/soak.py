@@ -24,6 +24,7 @@ from comply_ros.nodes.ros_start import start_rclpy
 from comply_ros.terminal.command_line import whole_number
 from comply_ros.terminal.console import console, progress_bar, show_columns
 from comply_ros.terminal.interrupts import check, interrupts, StopFlag
+from comply_ros.terminal.standard_output import standard_output
 from comply_ros.terminal.training_options import main_with, training_parser, TrainingOptions
 
 STEPS, AFTER = 1_000_000, 50_000
@@ -190,4 +191,5 @@ def show_growth(readings: Mapping[str, Readings], after: int) -> int:
 
 
 if __name__ == '__main__':
-    sys.exit(main(sys.argv))
+    with standard_output():
+        sys.exit(main(sys.argv))

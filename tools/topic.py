@@ -14,11 +14,13 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 from rosidl_parser.definition import NamespacedType
 
+from comply_ros.terminal.standard_output import standard_output
 from tools.ros_graph import (
     command_parser,
     find,
     run_command,
     settled,
+    spin_while_read,
     TOPICS_OF_EVERY_NODE,
     type_named,
 )
@@ -72,8 +74,7 @@ def show_messages(node: Node, given: argparse.Namespace) -> int:
               flush=True)
         received.append(msg)
     _subscribe(node, given, on_message)
-    while not (given.once and received):
-        rclpy.spin_once(node)
+    spin_while_read(node, lambda: given.once and received)
     return 0
 
 
@@ -81,15 +82,13 @@ def show_rate(node: Node, given: argparse.Namespace) -> int:
     """Print the messages per second of a topic, once a second."""
     times: deque[float] = deque(maxlen=WINDOW)
     _subscribe(node, given, lambda msg: times.append(time.monotonic()))
-    while not times:
-        rclpy.spin_once(node)
-    due = time.monotonic() + 1.0
+    spin_while_read(node, lambda: times)
+    due = time.monotonic()
     while True:
-        rclpy.spin_once(node, timeout_sec=0.1)
-        if time.monotonic() >= due:
-            due += 1.0
-            rate = (len(times) - 1) / (times[-1] - times[0]) if len(times) > 1 else 0.0
-            print(f'{rate:.1f} messages a second, over the last {len(times)}', flush=True)
+        due += 1.0
+        spin_while_read(node, lambda: time.monotonic() >= due)
+        rate = (len(times) - 1) / (times[-1] - times[0]) if len(times) > 1 else 0.0
+        print(f'{rate:.1f} messages a second, over the last {len(times)}', flush=True)
 
 
 def as_yaml(msg: Any, limit: int, indent: str = '') -> str:
@@ -151,4 +150,5 @@ def _endpoint(info: TopicEndpointInfo) -> str:
 
 
 if __name__ == '__main__':
-    sys.exit(main(sys.argv))
+    with standard_output():
+        sys.exit(main(sys.argv))

@@ -32,15 +32,19 @@ class BagWriter:
 
     def __init__(self, path: Path, definitions: Mapping[str, str], storage: str = 'mcap') -> None:
         self._types = get_typestore(Stores.EMPTY)
-        types = {}
-        for message_type, text in definitions.items():
-            types.update(get_types_from_msg(text, message_type))
-        self._types.register(types)
+        self.define(definitions)
         self._writer = Writer(path, version=Writer.VERSION_LATEST,
                               storage_plugin=StoragePlugin[storage.upper()])
         self._writer.open()
         self._connections: dict[str, rosbag.Connection] = {}
         self.counts: dict[str, int] = {}
+
+    def define(self, definitions: Mapping[str, str]) -> None:
+        """Add message types: the text of each by its name, and of all types that they need."""
+        types = {}
+        for message_type, text in definitions.items():
+            types.update(get_types_from_msg(text, message_type))
+        self._types.register(types)
 
     def add(self, topic: str, message_type: str, qos: Sequence[rosbag.Qos] = ()) -> None:
         """Add a topic, before its first message."""

@@ -14,6 +14,7 @@ from comply_ros.bags.message_decoder import DecodedMessages, world_from_descript
 from comply_ros.bags.replay import bag_parser, with_progress
 from comply_ros.plots import training_plots
 from comply_ros.protocol.run_view import RunReports
+from comply_ros.storage.file_system import printable
 from comply_ros.storage.run_files import OutputError, prepare_folder
 from comply_ros.terminal.training_options import guarded
 from comply_ros.world.grid import NO_ACTION
@@ -53,7 +54,7 @@ def run(options: argparse.Namespace) -> int:
     if not pictures:
         raise BagError(f'bag {options.bag!r} has no episode, progress or trust to draw')
     for picture in pictures:
-        print(picture)
+        print(printable(picture))
     return 0
 
 

@@ -64,6 +64,7 @@ class ReplayCheck:
         self.unverifiable: dict[int, UnverifiableLearner] = {}
         self._runs: dict[int, RecordedRun] = {}
         self._current: dict[int, LearnerReplay] = {}
+        self._described: set[int] = set()  # numbers of learners that have published on `method`
         self._taught: set[int] = set()  # numbers of learners that began with a learning
         self._waiting: deque[tuple[str, Any]] = deque()
         self._progress: list[Progress] = []
@@ -71,6 +72,8 @@ class ReplayCheck:
     def add(self, topic: str, msg: Any) -> None:
         """Take the next message of the bag; raises ReplayDifference."""
         self._runs.setdefault(msg.run, RecordedRun(msg.run)).add(topic, msg)
+        if topic == 'method':
+            self._described.add(msg.learner)
         if topic == 'progress':
             self._progress.append(msg)
         elif topic == 'method' and msg.turns and msg.learner in self._current:
@@ -83,6 +86,8 @@ class ReplayCheck:
         """Check what is left after the last message; raises ReplayDifference."""
         while self._waiting:
             self._check_next()
+        for number in self.unverifiable.keys() - self._described:
+            self.unverifiable[number].reason = 'has published nothing on the topic method'
         for replay in self.replays:
             replay.finish()
         for recorded in self._progress:

@@ -10,13 +10,14 @@ import sys
 from comply_ros.dashboard import server
 from comply_ros.learner.learner_config import ConfigError
 from comply_ros.learner.presets import find_method, METHODS
-from comply_ros.nodes.lesson import lock_topics
+from comply_ros.nodes.lesson import check_namespace, lock_topics, namespace_arguments
 from comply_ros.nodes.node_processes import run_nodes
 from comply_ros.nodes.run_monitor import LessonFailed
 from comply_ros.storage.kernel_cache import use_kernel_cache
 from comply_ros.storage.map_files import map_names, read_map
 from comply_ros.storage.run_files import OutputError, prepare_folder
 from comply_ros.terminal.command_line import CommandParser, whole_number
+from comply_ros.terminal.standard_output import standard_output
 from comply_ros.terminal.training_options import guarded
 from comply_ros.world.grid import MapError
 
@@ -33,6 +34,8 @@ def option_parser() -> argparse.ArgumentParser:
     add('--port', type=whole_number, default=8080, help='port of the page (default: %(default)s)')
     add('--out', default='runs/demo', metavar='DIR',
         help='folder for the output of the nodes (default: %(default)s)')
+    add('--namespace', default='', metavar='NAME',
+        help='of the nodes, for a second lesson at the same time')
     return parser
 
 
@@ -46,12 +49,14 @@ def main(argv: list[str]) -> int:
 def run(options: argparse.Namespace) -> int:
     """Run world and learner as processes, and the page in this one; return its exit code."""
     use_kernel_cache()
+    check_namespace(options.namespace)
     read_map(options.map, 'published')
     find_method(options.method, 'published')
     print('Open the address below in a browser and paint arrows; Ctrl-C ends the demo.',
           file=sys.stderr)
-    with lock_topics(''), world_and_learner(options, prepare_folder(options.out)):
-        return server.main(['dashboard', '--ros-args', '-p', f'port:={options.port}'])
+    with lock_topics(options.namespace), world_and_learner(options, prepare_folder(options.out)):
+        return server.main(['dashboard', '--ros-args', '-p', f'port:={options.port}',
+                            *namespace_arguments(options.namespace)])
 
 
 @contextmanager
@@ -60,10 +65,12 @@ def world_and_learner(options: argparse.Namespace, folder: Path) -> Generator[No
     parameters = {'grid_world': (f'map:={options.map}', 'rate:=100.0'),
                   'learner': (f'method:={options.method}', 'iterations:=0',
                               'remembers_advice:=false', 'map_period:=0.5')}
-    with run_nodes({name: [argument for value in values for argument in ('-p', value)]
-                    for name, values in parameters.items()}, folder):
+    namespace = namespace_arguments(options.namespace)
+    with run_nodes({name: [*(argument for value in values for argument in ('-p', value)),
+                           *namespace] for name, values in parameters.items()}, folder):
         yield
 
 
 if __name__ == '__main__':
-    sys.exit(main(sys.argv))
+    with standard_output():
+        sys.exit(main(sys.argv))

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A tidy table as a CSV file that grows row by row and at every moment has only whole rows."""
 
+from codecs import BOM_UTF8
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 import csv
@@ -55,7 +56,7 @@ class CsvTable:
 
     def rows(self) -> Iterator[tuple[int, dict[str, str]]]:
         """Yield line number and `{column: text}` of each row; raise TableError if it is none."""
-        with self.path.open(newline='', errors='replace') as file:
+        with self.path.open(newline='', encoding='utf-8-sig', errors='replace') as file:
             for number, row in enumerate(csv.reader(file), 1):
                 if len(row) != len(self.columns):
                     raise TableError(f'{self.path}, line {number}: a row must have '
@@ -103,7 +104,8 @@ class CsvTable:
     def _check_header(self) -> None:
         size = min(self._size(), MAX_HEADER_BYTES)
         self._file.seek(0)
-        expected, header = _line(self.columns), self._file.read(size)
+        expected, header = _line(self.columns), self._file.read(size).removeprefix(BOM_UTF8)
+        header = header.replace(b'\r\n', b'\n')  # another program may have saved the table
         if expected.startswith(header) or header.startswith(expected):
             return
         names = next(csv.reader([header.split(b'\n', 1)[0].decode(errors='replace')]), ())

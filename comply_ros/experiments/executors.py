@@ -5,11 +5,11 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from contextlib import contextmanager
 import logging
-import os
 from queue import Empty, SimpleQueue
 from typing import Any, NamedTuple
 
 from comply_ros.experiments import training_runs
+from comply_ros.experiments.available_cores import available_cores
 from comply_ros.experiments.training_runs import Run
 from comply_ros.storage.kernel_cache import use_kernel_cache
 from comply_ros.terminal.interrupts import check, StopFlag
@@ -100,8 +100,12 @@ def _wait(done: SimpleQueue, stop: StopFlag) -> Any:
 @contextmanager
 def local_executor(function: Callable[[Any, StopFlag], Any], stop: StopFlag,
                    workers: int | None = None) -> Iterator[Executor]:
-    """Give an `Executor` of threads, one a core by default, that call `function(job, stop)`."""
-    workers = workers or os.cpu_count() or 1
+    """
+    Give an `Executor` of threads that call `function(job, stop)`.
+
+    workers: threads; by default one for each core that this process may use.
+    """
+    workers = workers or available_cores()
     with ThreadPoolExecutor(workers) as pool:
         try:
             yield Executor(f'{workers} at once', lambda job: pool.submit(function, job, stop),

@@ -19,11 +19,12 @@ from comply_ros.experiments.training_runs import Run, RunResult
 from comply_ros.learner.presets import METHODS
 from comply_ros.mentor.policy_text import format_policy
 from comply_ros.plots.grid_plot import write_picture
+from comply_ros.storage.file_system import printable
 from comply_ros.storage.map_files import read_map
 from comply_ros.storage.mentor_cache import read_mentor_spec
 from comply_ros.storage.run_files import OutputError, prepare_folder, write_json
 from comply_ros.terminal.command_line import CommandParser, whole_number
-from comply_ros.terminal.console import console, progress_bar
+from comply_ros.terminal.console import console, progress_bar, progress_console
 from comply_ros.terminal.interrupts import check, interrupts, StopFlag
 from comply_ros.terminal.training_options import guarded, MISTAKES
 from comply_ros.world.mdp import World
@@ -80,7 +81,7 @@ def run(options: argparse.Namespace) -> int:
     if count:
         console.print(f'\n{agree} of {count} figures agree with the report')
     for path in (out / 'figures', json, *pages):
-        console.print(f'  {path}', soft_wrap=True)
+        console.print(f'  {printable(path)}', soft_wrap=True)
     return 0
 
 
@@ -168,8 +169,9 @@ def _compute(missing: Sequence[Run], watched: set[Run], cache: ResultCache,
                     cache.save(run, [by_seed[seed] for seed in range(cache.seeds)])
                 bar.update(task, advance=1, now=run.method)
     except BaseException:
-        console.print(f'{sum(map(cache.has, missing))} of {len(missing)} cells were computed and '
-                      f'are kept in {cache.folder}; the same command continues from there')
+        done = sum(map(cache.has, missing))
+        progress_console.print(f'{done} of {len(missing)} cells were computed and are kept in '
+                               f'{cache.folder}; the same command continues from there')
         raise
 
 

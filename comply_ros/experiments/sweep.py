@@ -13,9 +13,11 @@ from comply_ros.experiments.executors import ClusterError, Executor
 from comply_ros.experiments.sweep_grid import Sweep
 from comply_ros.experiments.sweep_yaml import read_sweep, SweepFileError
 from comply_ros.learner.learner_config import ConfigError
+from comply_ros.storage.file_system import printable, reason_of
 from comply_ros.terminal.command_line import CommandParser, whole_number
 from comply_ros.terminal.console import console, progress_bar
 from comply_ros.terminal.interrupts import interrupts, StopFlag
+from comply_ros.terminal.standard_output import is_closed
 from comply_ros.terminal.training_options import MISTAKES
 
 ERRORS = (SweepFileError, TableError, *MISTAKES, ClusterError, OSError, KeyboardInterrupt)
@@ -30,7 +32,7 @@ def main(argv: Sequence[str]) -> int:
     add('file', metavar='FILE.yaml', help='what to combine; config/sweep.yaml is an example')
     add('--out', metavar='FILE.csv', help='(default: runs/FILE.csv)')
     add('--workers', type=whole_number, metavar='N',
-        help='runs at once (default: as many as cores)')
+        help='runs at once (default: as many as cores that this process may use)')
     add('--scheduler', metavar='ADDRESS', help='of a Dask cluster to run on, such as '
         'tcp://10.0.0.1:8786 (default: this machine)')
     options = parser.parse_args(argv[1:])
@@ -39,8 +41,10 @@ def main(argv: Sequence[str]) -> int:
     except ERRORS as error:
         if isinstance(error, KeyboardInterrupt):
             message, code = 'interrupted', 130
+        elif isinstance(error, BrokenPipeError) and is_closed():
+            raise
         elif isinstance(error, OSError):
-            message, code = f'{error.filename}: {(error.strerror or str(error)).lower()}', 1
+            message, code = f'{error.filename or "output"}: {reason_of(error)}', 1
         else:
             message, code = str(error), 1 if isinstance(error, ClusterError) else 2
         print(f'sweep: {message}', *getattr(error, '__notes__', ()), sep='; ', file=sys.stderr)
@@ -66,7 +70,7 @@ def run(options: argparse.Namespace) -> int:
                     error.add_note(f'{len(done)} of {len(sweep)} runs are kept in {table.path}, '
                                    'and the same command continues from there')
                 raise
-    console.print(f'  {table.path}: {len(done)} runs, {len(done) - before} of them new',
+    console.print(f'  {printable(table.path)}: {len(done)} runs, {len(done) - before} of them new',
                   soft_wrap=True)
     return 0
 

@@ -55,7 +55,8 @@ def run(options: TrainingOptions) -> int:
             seeds = range(options.seed, options.seed + count)
             with local_executor(train, stop) as executor:
                 results = dict(completed(executor, zip(seeds, seeds), stop))
-        report_training(options, reference, advice, [results[seed] for seed in seeds], plot)
+        report_training(options, options.out, reference, advice,
+                        [results[seed] for seed in seeds], plot)
     return 0
 
 

@@ -85,7 +85,7 @@ def run(options: TrainingOptions) -> int:
         print(f'lesson: {failure}', file=sys.stderr)
         return 1
     from comply_ros.terminal.run_report import plot_here, report_training
-    report_training(options, reference, advice, [outcome], plot_here)
+    report_training(options, options.out, reference, advice, [outcome], plot_here)
     return 0
 
 
@@ -99,6 +99,11 @@ def check_namespace(name: str) -> None:
         reason = str(error).partition('\n')[0].rstrip(':')
         raise ConfigError(f'--namespace must be a name that ROS nodes can have, got {name!r}: '
                           f'{reason}') from None
+
+
+def namespace_arguments(name: str) -> list[str]:
+    """Return the ROS arguments of a node in a namespace, none for ''."""
+    return ['-r', f'__ns:=/{name.strip("/")}'] if name.strip('/') else []
 
 
 def run_lesson(options: TrainingOptions, disturbance: Disturbance = lambda _: nullcontext(),
@@ -160,7 +165,8 @@ def lock_topics(namespace: str) -> Generator[None, None, None]:
 
     Raises LessonFailed if another lesson of this user has them.
     """
-    place = f'{os.getuid()}-{os.environ.get("ROS_DOMAIN_ID") or 0}-{namespace.replace("/", "_")}'
+    name = namespace.strip('/').replace('/', '_')
+    place = f'{os.getuid()}-{os.environ.get("ROS_DOMAIN_ID") or 0}-{name}'
     with open(Path(tempfile.gettempdir()) / f'comply_ros-lesson-{place}.lock', 'w') as lock:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -174,8 +180,7 @@ def running(options: TrainingOptions, held: bool = False,
     """Run the three nodes as processes that end with the block, whatever happens in it."""
     arguments = ['--params-file', str(write_parameters(options))]
     shutil.rmtree(options.out / STATE, ignore_errors=True)  # of an earlier lesson
-    if options.args.namespace:
-        arguments += ['-r', f'__ns:=/{options.args.namespace.strip("/")}']
+    arguments += namespace_arguments(options.args.namespace)
     if options.args.rate:
         arguments += ['-p', f'rate:={options.args.rate!r}']
     return run_nodes(dict.fromkeys(NODES, arguments), options.out, held)

@@ -11,6 +11,7 @@ import sys
 import time
 
 from comply_ros.nodes.spin import HOLD
+from comply_ros.terminal.interrupts import stops
 
 START = 'import sys; from comply_ros.executables import {0}; sys.argv[0] = "{0}"; sys.exit({0}())'
 CHILD = ('from comply_ros.terminal.interrupts import end_with_parent; end_with_parent({1}); '
@@ -106,6 +107,14 @@ class NodeProcess:
         if self._process.poll() is None:
             os.kill(self.pid, signal.SIGINT)
 
+    def stop(self) -> None:
+        """Let the node do nothing until `resume`."""
+        self._process.send_signal(signal.SIGSTOP)
+
+    def resume(self) -> None:
+        """Let the node go on after `stop`."""
+        self._process.send_signal(signal.SIGCONT)
+
     def wait(self) -> int:
         """Return the exit code; a node that does not end in time is killed."""
         try:
@@ -117,10 +126,16 @@ class NodeProcess:
 
 @contextmanager
 def ended_with_block() -> Generator[list[NodeProcess], None, None]:
-    """Give an empty list; the nodes that are put into it end with the block, whatever happens."""
+    """
+    Give an empty list; the nodes that are put into it end with the block, whatever happens.
+
+    Ctrl-Z stops them with this process, and `fg` lets them go on.
+    """
     processes: list[NodeProcess] = []
     try:
-        yield processes
+        with stops(lambda: [process.stop() for process in processes],
+                   lambda: [process.resume() for process in processes]):
+            yield processes
     finally:
         for process in processes:
             process.interrupt()

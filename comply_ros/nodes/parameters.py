@@ -26,6 +26,7 @@ from rclpy.exceptions import (
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 from rclpy.parameter import parameter_value_to_python
+from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.service import Service
 
 from comply_ros.learner.learner_config import CONFIG_FIELDS, LearnerConfig
@@ -111,6 +112,9 @@ STATE_DIR = Parameter(
 BAG = Parameter(
     'bag', '', 'Folder of the bag to write, which must not exist yet; empty: named after the '
     'time, in runs/')
+RECORDED = Parameter(
+    'topics', ['view/*'], 'Topics to record besides those of the conversation: names, or patterns '
+    'such as view/*')
 TOPICS = Parameter(
     'topics', ['state', 'recommendation', 'action'], 'Topics to relay: messages on NAME/before '
     'are published on NAME')
@@ -118,6 +122,9 @@ DEPTH = Parameter(
     'depth', 1, 'Messages of a latched topic that late subscribers receive: the depth of the '
     'relayed publisher, which discovery does not tell', (1, 100_000))
 FRAME = Parameter('frame', 'map', 'Coordinate frame of everything that the viewer publishes')
+ROBOT_FRAME = Parameter(
+    'robot_frame', 'robot', 'Coordinate frame of the robot, published on /tf where tf2_msgs is '
+    'installed; empty: not published')
 CELL_SIZE = Parameter('cell_size', 1.0, 'Side of a cell, in metres', (0.001, 1000))
 ROBOT_RATE = Parameter(
     'robot_rate', 10.0, 'How often per second robot, trail and returns are published, if they '
@@ -158,6 +165,7 @@ class SafeParameterNode(Node):
     """
 
     def __init__(self, name: str, **kwargs: Any) -> None:
+        self._has_parameters = False
         try:
             with rclpy_errors('the node could not be created: '):
                 super().__init__(name, **kwargs)
@@ -167,6 +175,7 @@ class SafeParameterNode(Node):
             wrong, value = next(each for each in given if type(each[1]) is not bool)
             raise ParameterError(_type_rule(wrong.name, bool, value)) from error
         LIVING_NODES.add(self)
+        self._has_parameters = True
         for name in self._parameter_overrides:
             prefix, dot, _ = name.partition('.')  # rcl has names with dots, as of QoS overrides
             if name not in KNOWN_NAMES and (not dot or prefix in KNOWN_NAMES):
@@ -214,6 +223,23 @@ class SafeParameterNode(Node):
         self.add_on_set_parameters_callback(check)
         self.add_post_set_parameters_callback(
             lambda parameters: apply({each.name: each.value for each in parameters}))
+
+    def create_publisher(self, msg_type: Any, topic: str, qos_profile: Any,
+                         **settings: Any) -> Any:
+        """Create a publisher; its QoS can be overridden unless `settings` say otherwise."""
+        return super().create_publisher(msg_type, topic, qos_profile,
+                                        **self._with_overrides(settings))
+
+    def create_subscription(self, msg_type: Any, topic: str, callback: Any, qos_profile: Any,
+                            **settings: Any) -> Any:
+        """Create a subscription; its QoS can be overridden unless `settings` say otherwise."""
+        return super().create_subscription(msg_type, topic, callback, qos_profile,
+                                           **self._with_overrides(settings))
+
+    def _with_overrides(self, settings: dict[str, Any]) -> dict[str, Any]:
+        if not self._has_parameters:  # rclpy's own topics
+            return settings
+        return {'qos_overriding_options': QoSOverridingOptions.with_default_policies(), **settings}
 
     def create_service(self, srv_type: Any, srv_name: str, callback: Callable[..., Any],
                        **settings: Any) -> Service:

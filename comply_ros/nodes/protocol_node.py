@@ -11,7 +11,7 @@ from comply_ros.nodes.clocks import steady_timer, waiting_for
 from comply_ros.nodes.diagnostics import Diagnostics, ERROR, INACTIVE, OK, WARN
 from comply_ros.nodes.parameters import SafeParameterNode, STATE_DIR
 from comply_ros.nodes.topic_type_check import TopicTypeCheck
-from comply_ros.nodes.topics import decoder, encoder, RECOMMENDATION, Topic
+from comply_ros.nodes.topics import decoder, encoder, LOOP, RECOMMENDATION, Topic
 from comply_ros.protocol.messages import Ignored, Inactive, Notice, Outputs, Rejected
 
 PATIENCE = 3  # seconds of waiting after which a node logs what it waits for
@@ -52,7 +52,8 @@ class ProtocolNode(SafeParameterNode):
 
     def advertise(self, topic: Topic) -> None:
         """Make a publisher; outputs of the topic's tuple type are published there."""
-        publisher = self.create_publisher(topic.message, topic.name, topic.qos)
+        publisher = self.create_publisher(topic.message, topic.name, topic.qos,
+                                          **_fixed_qos(topic))
         encode = cdr.encoder(topic.message) if topic.raw else encoder(topic)
         publish = publisher.publish
         self._own_publishers.append(publisher)
@@ -81,7 +82,8 @@ class ProtocolNode(SafeParameterNode):
                     self.respond(outputs)
             elif also_blocked:
                 self.publish(handler(decode(message)))
-        self.create_subscription(topic.message, topic.name, callback, topic.qos, raw=topic.raw)
+        self.create_subscription(topic.message, topic.name, callback, topic.qos, raw=topic.raw,
+                                 **_fixed_qos(topic))
         self._type_check.watch(topic, single_publisher=topic is RECOMMENDATION)
 
     @property
@@ -184,6 +186,11 @@ class ProtocolNode(SafeParameterNode):
         for service in self._own_services:
             self.destroy_service(service)
         self._handlers = dict.fromkeys(self._handlers, lambda output: None)
+
+
+def _fixed_qos(topic: Topic) -> dict[str, None]:
+    """Return settings of a topic whose QoS must not be overridden: nothing may be lost there."""
+    return {'qos_overriding_options': None} if topic in LOOP else {}
 
 
 def map_text(name: str, sha256: str) -> str:

@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """`record`: a node that writes all messages of a lesson to an MCAP bag."""
 
+from fnmatch import fnmatchcase
+from importlib import import_module
 from pathlib import Path
+import re
 import time
 from typing import Any
 
@@ -13,7 +16,7 @@ from comply_ros.bags.bag_writer import BagWriter, latched
 from comply_ros.nodes import topics
 from comply_ros.nodes.clocks import steady_timer
 from comply_ros.nodes.diagnostics import TOPIC as DIAGNOSTICS
-from comply_ros.nodes.parameters import BAG, ParameterError, SafeParameterNode
+from comply_ros.nodes.parameters import BAG, ParameterError, RECORDED, SafeParameterNode
 from comply_ros.nodes.spin import run_node
 from comply_ros.nodes.topic_type_check import type_name
 from comply_ros.storage.file_system import printable, reason_of
@@ -21,6 +24,7 @@ from comply_ros.storage.file_system import printable, reason_of
 TOPICS = tuple(each for each in vars(topics).values() if isinstance(each, topics.Topic))
 DEPTH = 10_000  # messages of a topic that may wait to be written: four seconds at full speed
 COUNT_PERIOD = 5.0  # seconds between two log lines with the number of messages
+DISCOVERY_PERIOD = 0.5  # seconds between two searches for the topics of the parameter
 FLUSH_PERIOD = 1.0  # seconds after which a message is in the file, should the recorder be killed
 PACKAGES = ('builtin_interfaces', 'std_msgs', 'diagnostic_msgs', 'comply_msgs')
 
@@ -46,6 +50,10 @@ class RecordNode(SafeParameterNode):
                 depth=DEPTH, reliability=ReliabilityPolicy.RELIABLE,
                 durability=DurabilityPolicy.TRANSIENT_LOCAL), (latched(topic.qos.depth),))
         self._record(DiagnosticArray, DIAGNOSTICS, QoSProfile(depth=DEPTH), ())
+        self._patterns = [self._absolute(each) for each in self.declare(RECORDED)]
+        self._unknown: set[str] = set()  # topics of types that are not installed here
+        self._find_topics()
+        steady_timer(self, DISCOVERY_PERIOD, self._find_topics)
         steady_timer(self, FLUSH_PERIOD, self._flush)
         steady_timer(self, COUNT_PERIOD, self._log_count)
         self.get_logger().info(f'records to {printable(self._path)}')
@@ -74,6 +82,41 @@ class RecordNode(SafeParameterNode):
             except OSError as error:
                 self.mistake = self._error(error)
         self.create_subscription(message, name, receive, qos, raw=True)
+
+    def _find_topics(self) -> None:
+        """Record the topics of the parameter that have a publisher now."""
+        for name, types in self.get_topic_names_and_types():
+            if name in self._bag.counts or name in self._unknown or not any(
+                    fnmatchcase(name, pattern) for pattern in self._patterns):
+                continue
+            offers = [each.qos_profile for each in self.get_publishers_info_by_topic(name)]
+            if offers:
+                self._record_found(name, types[0], offers)
+
+    def _record_found(self, name: str, message_type: str, offers: list[QoSProfile]) -> None:
+        """Record a topic of any type, with a QoS that its publishers can serve."""
+        package, _, message = message_type.split('/')
+        try:
+            message_class = getattr(import_module(f'{package}.msg'), message)
+            self._bag.define(definitions_of(message_type))
+        except (ImportError, AttributeError, LookupError, OSError):
+            self._unknown.add(name)
+            self.get_logger().warning(f'does not record {name}: its type {message_type} is not '
+                                      'installed here')
+            return
+        is_latched = all(qos.durability == DurabilityPolicy.TRANSIENT_LOCAL for qos in offers)
+        is_reliable = all(qos.reliability == ReliabilityPolicy.RELIABLE for qos in offers)
+        self._record(message_class, name, QoSProfile(
+            depth=DEPTH,
+            reliability=ReliabilityPolicy.RELIABLE if is_reliable else
+            ReliabilityPolicy.BEST_EFFORT,
+            durability=DurabilityPolicy.TRANSIENT_LOCAL if is_latched else
+            DurabilityPolicy.VOLATILE), (latched(1),) if is_latched else ())
+
+    def _absolute(self, pattern: str) -> str:
+        """Return a pattern of topics as the graph has names."""
+        return pattern if pattern.startswith('/') else \
+            f'{self.get_namespace().rstrip("/")}/{pattern}'
 
     def _flush(self) -> None:
         try:
@@ -107,6 +150,29 @@ def message_definitions() -> dict[str, str]:
     """Return the text of each message type of `PACKAGES`, as it is installed."""
     return {f'{package}/msg/{path.stem}': path.read_text() for package in PACKAGES
             for path in (Path(get_package_share_directory(package)) / 'msg').glob('*.msg')}
+
+
+def definitions_of(message_type: str) -> dict[str, str]:
+    """
+    Return the text of a message type and of all types in it, by their names.
+
+    Raises PackageNotFoundError (a LookupError) or OSError if one is not installed.
+    """
+    definitions: dict[str, str] = {}
+    missing = {message_type}
+    while missing:
+        name = missing.pop()
+        package, _, message = name.split('/')
+        path = Path(get_package_share_directory(package)) / 'msg' / f'{message}.msg'
+        definitions[name] = path.read_text(encoding='utf-8')
+        missing |= nested_types(definitions[name], package) - definitions.keys()
+    return definitions
+
+
+def nested_types(text: str, package: str) -> set[str]:
+    """Return the message types that the definition of a message in a package refers to."""
+    found = re.findall(r'(?m)^\s*(?:([a-z]\w*)/)?(?:msg/)?([A-Z]\w*)(?:\[[^]]*\])?\s+[a-z]', text)
+    return {f'{other or package}/msg/{name}' for other, name in found}
 
 
 def main(argv: list[str]) -> int:

@@ -7,11 +7,18 @@ import os
 from warnings import catch_warnings
 
 import rclpy
-from rclpy.logging import get_logger_level, LoggingSeverity, set_logger_level
+from rclpy.logging import (
+    get_logger_effective_level,
+    get_logger_level,
+    LoggingSeverity,
+    set_logger_level,
+)
 from rclpy.signals import SignalHandlerOptions
 
 from comply_ros.storage.file_system import printable
 
+MIDDLEWARE_LOGGERS = ('rcutils', 'rmw_dds_common', 'rmw_fastrtps_cpp', 'rmw_fastrtps_shared_cpp',
+                      'rmw_cyclonedds_cpp', 'rmw_zenoh_cpp', 'rcl_lifecycle', 'rcl_action')
 LARGEST_DOMAIN = 232  # DDS has no ports for more; Fast DDS ends the process
 SWITCHES = ('RCUTILS_LOGGING_USE_STDOUT', 'RCUTILS_LOGGING_BUFFERED_STREAM',
             'RCUTILS_COLORIZED_OUTPUT')  # environment variables that are 0 or 1
@@ -32,6 +39,8 @@ def start_rclpy(argv: Sequence[str],
 
     Raises RosStartError for what is wrong with the arguments or the environment.
     """
+    if os.environ.get('NO_COLOR'):
+        os.environ.setdefault('RCUTILS_COLORIZED_OUTPUT', '0')
     for name in SWITCHES:  # rclpy logs a warning of its own, and fails without a reason
         value = os.environ.get(name)
         if value not in (None, '', '0', '1'):
@@ -40,11 +49,20 @@ def start_rclpy(argv: Sequence[str],
     with rclpy_errors('the arguments after --ros-args must be known and valid: '):
         set_logger_level('rcl', LoggingSeverity.FATAL)  # it logs the same in a line before ours
         rclpy.init(args=list(argv), signal_handler_options=handlers)
-        if get_logger_level('rcl') == LoggingSeverity.FATAL:  # and not what --log-level rcl:= says
-            set_logger_level('rcl', LoggingSeverity.UNSET)
+    _set_log_levels()
     domain = rclpy.get_default_context().get_domain_id()
     if domain > LARGEST_DOMAIN:
         raise RosStartError(_domain_rule(str(domain)))
+
+
+def _set_log_levels() -> None:
+    """Let rcl log again; where all is logged, not the middleware: thousands of lines a second."""
+    is_debug = get_logger_effective_level('') == LoggingSeverity.DEBUG
+    if get_logger_level('rcl') == LoggingSeverity.FATAL:  # and not what --log-level rcl:= says
+        set_logger_level('rcl', LoggingSeverity.INFO if is_debug else LoggingSeverity.UNSET)
+    for name in MIDDLEWARE_LOGGERS:
+        if is_debug and get_logger_level(name) == LoggingSeverity.UNSET:
+            set_logger_level(name, LoggingSeverity.INFO)
 
 
 @contextmanager

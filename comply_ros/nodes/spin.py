@@ -14,6 +14,7 @@ from typing import Any
 import rclpy
 from rclpy.experimental import EventsExecutor
 
+from comply_ros.nodes.node_help import help_text
 from comply_ros.nodes.parameters import destroy_nodes
 from comply_ros.nodes.ros_start import RosStartError, start_rclpy
 from comply_ros.terminal.interrupts import interrupts, StopFlag
@@ -36,6 +37,9 @@ def run_node(make_node: Callable[[], Any], argv: list[str],
     spin: called with the node and the `StopFlag` instead of spinning it in the ordinary way.
 
     """
+    if {'-h', '--help'} & set(_before_ros_arguments(argv)):
+        print(help_text(Path(argv[0]).name))
+        return 0
     try:
         with interrupts() as stop:
             if _is_released(stop):
@@ -68,11 +72,15 @@ def _is_released(stop: StopFlag) -> bool:
 
 def _init(argv: list[str]) -> None:
     """Start rclpy; raises RosStartError."""
-    not_ros = list(takewhile(lambda word: word != '--ros-args', argv[1:]))
+    not_ros = _before_ros_arguments(argv)
     if not_ros:
         raise RosStartError(f'takes ROS arguments only, got {" ".join(not_ros)!r}; '
                             'parameters are given as --ros-args -p NAME:=VALUE')
     start_rclpy(argv)
+
+
+def _before_ros_arguments(argv: list[str]) -> list[str]:
+    return list(takewhile(lambda word: word != '--ros-args', argv[1:]))
 
 
 def _spin(node: Any, stop: StopFlag) -> None:

@@ -57,6 +57,8 @@ VALUES = _topic('values', LATCHED)
 MENTOR_POLICY = _topic('mentor_policy', LATCHED)
 DESCRIPTION = _topic('method', REPORTED)
 
+LOOP = (WORLD, STATE, RECOMMENDATION, ACTION)  # what a step of the run waits for
+
 RECOMMEND = 'recommend'  # service of the mentor
 SAVE = 'save'  # service of the learner
 PAUSE, STEP = '~/pause', '~/step'  # services of the world

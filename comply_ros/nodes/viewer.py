@@ -18,6 +18,7 @@ from comply_ros.nodes.parameters import (
     FRAME,
     MAP_RATE,
     ParameterError,
+    ROBOT_FRAME,
     ROBOT_RATE,
     SafeParameterNode,
     TRAIL_LENGTH,
@@ -32,6 +33,7 @@ from comply_ros.protocol.validation import rejected_description
 # A slow viewer never makes the world send again: what is lost is not shown.
 LOSSY = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT,
                    durability=DurabilityPolicy.VOLATILE)
+TRANSFORMS = QoSProfile(depth=100)  # as tf2 publishes on /tf
 MAX_STATES = 40_000  # of a world that is shown with markers in every state
 
 
@@ -41,10 +43,8 @@ class ViewerNode(SafeParameterNode):
     def __init__(self, **kwargs: Any) -> None:
         super().__init__('viewer', **kwargs)
         self.mistake = None  # an exception here would end the node
-        self._frame, self._cell = self.declare(FRAME), self.declare(CELL_SIZE)
-        if not self._frame or self._frame.startswith('/'):  # REP 105
-            raise ParameterError('parameter frame must be the name of a frame without a slash in '
-                                 f'front, such as map, got {self._frame!r}')
+        self._frame, self._cell = checked_frame(self.declare(FRAME)), self.declare(CELL_SIZE)
+        self._robot_frame = checked_frame(self.declare(ROBOT_FRAME), 'robot_frame', True)
         length = self.declare(TRAIL_LENGTH)
         self._view = RunView(self._start_run, length)
         self._received: deque[bytes] = deque(maxlen=max(length, 2))  # states; few are decoded
@@ -55,6 +55,9 @@ class ViewerNode(SafeParameterNode):
         self._ticks_waited, self._angle = 0, 0.0
         self._publish = {view: self.create_publisher(view.message, view.name, view.qos).publish
                          for view in views.VIEWS}
+        self._tf_type = tf_message_type() if self._robot_frame else None
+        self._tf_publisher = self._tf_type and self.create_publisher(
+            self._tf_type, '/tf', TRANSFORMS)
         self.create_subscription(
             topics.STATE.message, topics.STATE.name,
             lambda message: self._received.append(message), LOSSY, raw=True)
@@ -120,7 +123,11 @@ class ViewerNode(SafeParameterNode):
                 self._angle = heading(*trail[-2:], world.grid.width) or 0.0
             place = cell_centers(trail[-1], world.grid.width, self._cell)
             header = self._header()
-            self._publish[views.ROBOT](views.pose_message(header, place, self._angle))
+            pose = views.pose_message(header, place, self._angle)
+            self._publish[views.ROBOT](pose)
+            if self._tf_publisher:
+                self._tf_publisher.publish(
+                    views.tf_message(self._tf_type, pose, self._robot_frame))
             self._publish[views.TRAIL](views.trail_message(header, trail, world, self._cell))
         self._publish_returns(topics.EPISODE, views.EPISODE_RETURN, 'total_reward')
         self._publish_returns(topics.PROGRESS, views.MEAN_RETURN, 'mean_return')
@@ -173,6 +180,23 @@ class ViewerNode(SafeParameterNode):
 
     def _header(self) -> Header:
         return Header(stamp=self.get_clock().now().to_msg(), frame_id=self._frame)
+
+
+def checked_frame(name: str, parameter: str = 'frame', may_be_empty: bool = False) -> str:
+    """Return the name of a coordinate frame; raises ParameterError if it is none (REP 105)."""
+    if name.startswith('/') or not (name or may_be_empty):
+        raise ParameterError(f'parameter {parameter} must be the name of a frame without a slash '
+                             f'in front, such as map, got {name!r}')
+    return name
+
+
+def tf_message_type() -> type | None:
+    """Class of the messages on `/tf`; None where tf2_msgs is not installed: it is no wheel."""
+    try:
+        from tf2_msgs.msg import TFMessage
+    except ImportError:
+        return None
+    return TFMessage
 
 
 def main(argv: list[str]) -> int:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import cos, sin
 from typing import Any
 
-from geometry_msgs.msg import Point, PoseStamped
+from geometry_msgs.msg import Point, PoseStamped, TransformStamped, Vector3
 from nav_msgs.msg import OccupancyGrid, Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -91,6 +91,20 @@ def pose_message(header: Header, place: ArrayLike, angle: float) -> PoseStamped:
     message.pose.position.x, message.pose.position.y = np.asarray(place, dtype=float).tolist()
     message.pose.orientation.z, message.pose.orientation.w = sin(angle / 2), cos(angle / 2)
     return message
+
+
+def tf_message(kind: type, pose: PoseStamped, frame: str) -> Any:
+    """
+    Message on `/tf` with the transform from the frame of a pose to that of the robot in it.
+
+    kind: `tf2_msgs.msg.TFMessage`, or a class with the same field.
+    frame: of the robot.
+    """
+    transform = TransformStamped(header=pose.header, child_frame_id=frame)
+    place = pose.pose.position
+    transform.transform.translation = Vector3(x=place.x, y=place.y, z=place.z)
+    transform.transform.rotation = pose.pose.orientation
+    return kind(transforms=[transform])
 
 
 def trail_message(header: Header, states: Sequence[int], world: World, cell: float) -> Path:

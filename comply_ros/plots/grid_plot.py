@@ -3,6 +3,7 @@
 
 from pathlib import Path
 from typing import Any
+import warnings
 
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -14,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from comply_ros.plots.trust_colors import TRUST_ANCHORS
+from comply_ros.storage.file_system import printable
 from comply_ros.world.grid import Grid, NO_ACTION, STEPS
 from comply_ros.world.mdp import World
 
@@ -47,8 +49,14 @@ def grid_figure(world: World, title: str, size: float = 8.0,
     axes.set(xlim=(-0.7, grid.width - 0.3), ylim=(-0.7, grid.height - 0.3), aspect='equal',
              xticks=[], yticks=[])
     axes.spines[:].set_color(PALE)
-    axes.set_title(title, loc='left', fontsize=11, color=INK)
+    set_title(axes, title)
     return figure, axes
+
+
+def set_title(axes: Axes, title: str) -> None:
+    """Set a title that may have names that a user chose: they are no mathematics, and no TeX."""
+    axes.set_title(printable(title), loc='left', fontsize=11, color=INK, parse_math=False,
+                   usetex=False)
 
 
 def place_axes(figure: Figure, left: float, bottom: float, width: float, height: float) -> Axes:
@@ -98,7 +106,9 @@ def write_picture(figure: Figure, path: Path, dpi: int = 150, compression: int =
     """
     FigureCanvasAgg(figure)
     try:
-        figure.savefig(path, dpi=dpi, facecolor='white',
-                       pil_kwargs={'compress_level': compression})
+        with warnings.catch_warnings():  # of a name in letters that the font does not have
+            warnings.filterwarnings('ignore', 'Glyph', UserWarning)
+            figure.savefig(path, dpi=dpi, facecolor='white',
+                           pil_kwargs={'compress_level': compression})
     except OSError as error:
         raise OSError(error.errno, error.strerror, str(path)) from None

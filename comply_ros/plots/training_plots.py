@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from comply_ros.plots.grid_plot import (
     BLUE,
     GREEN,
-    INK,
     ORANGE,
     place_axes,
     RED,
+    set_title,
     trust_figure,
     write_picture,
 )
@@ -96,8 +96,7 @@ def trust_map_figure(world: World, advice: NDArray[np.int8], confidence: NDArray
 def _new_axes(summary: Summary) -> tuple[Figure, Axes]:
     figure = Figure(figsize=(8, 4.5))
     axes = place_axes(figure, 0.9, 0.6, 6.9, 3.5)
-    axes.set_title(f'{summary["method"]} on {summary["map"]}, mentor {summary["mentor"]}',
-                   loc='left', fontsize=11, color=INK)
+    set_title(axes, f'{summary["method"]} on {summary["map"]}, mentor {summary["mentor"]}')
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.spines[['top', 'right']].set_visible(False)
     axes.grid(color='#eee')

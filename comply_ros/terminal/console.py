@@ -2,17 +2,51 @@
 """What a command shows at the terminal: a progress bar while it runs, a table at its end."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
 from math import isnan
+import os
 from pathlib import Path
 from typing import Any
 
 from rich import progress
-from rich.console import Console
+from rich.console import Console, ConsoleDimensions
 from rich.measure import Measurement
 from rich.table import Column, Table
 from rich.text import Text
 
-console = Console(stderr=True, highlight=False)
+from comply_ros.storage.file_system import printable
+from comply_ros.terminal.interrupts import stops
+
+NO_TERMINAL_SIZE = 200, 25  # columns and rows for a file or a pipe: no line needs a break
+
+
+class PlainConsole(Console):
+    """
+    A console for text as it is: names that a user chose are no markup, and no emoji.
+
+    Results go to standard output, where a closed pipe raises BrokenPipeError. Progress goes to
+    standard error, where it is left out after that.
+    """
+
+    def __init__(self, stderr: bool = False) -> None:
+        super().__init__(stderr=stderr, highlight=False, markup=False, emoji=False)
+
+    @property
+    def size(self) -> ConsoleDimensions:
+        """Columns and rows of the terminal that the text goes to."""
+        if self.is_terminal or 'COLUMNS' in os.environ:
+            return super().size
+        return ConsoleDimensions(*NO_TERMINAL_SIZE)
+
+    def on_broken_pipe(self) -> None:
+        """Do what the class says about a closed pipe."""
+        if not self.stderr:
+            raise BrokenPipeError
+        self.quiet = True
+
+
+console = PlainConsole()
+progress_console = PlainConsole(stderr=True)
 
 
 class StatusPart(progress.ProgressColumn):
@@ -32,37 +66,57 @@ class StatusPart(progress.ProgressColumn):
 
 class FittingProgress(progress.Progress):
     """
-    A progress bar that leaves out columns until the line fits the terminal.
+    A progress bar in the first of its layouts that fits the terminal.
 
-    droppable: the columns that may be left out, the least important first.
+    layouts: the columns of each, the widest first. Ctrl-Z gives the cursor back to the shell.
     """
 
-    def __init__(self, *columns: progress.ProgressColumn,
-                 droppable: Sequence[progress.ProgressColumn]) -> None:
-        self._all, self._droppable = columns, droppable
-        super().__init__(*columns, console=console)
+    def __init__(self, *layouts: Sequence[progress.ProgressColumn]) -> None:
+        self._layouts, self._stops = layouts, ExitStack()
+        super().__init__(*layouts[0], console=progress_console, redirect_stdout=False)
+
+    def start(self) -> None:
+        """Show the bar."""
+        super().start()
+        if self.console.is_terminal:
+            self._stops.enter_context(
+                stops(lambda: self.console.show_cursor(True), self._take_up))
+
+    def stop(self) -> None:
+        """Show the bar for the last time."""
+        self._stops.close()
+        super().stop()
+
+    def _take_up(self) -> None:
+        self.console.show_cursor(False)
+        self.refresh()
 
     def make_tasks_table(self, tasks: Iterable[progress.Task]) -> Table:
         """Return the lines of the tasks, for the width that the terminal has now."""
-        tasks, unlimited = list(tasks), console.options.update(max_width=10_000)
-        for count in range(len(self._droppable) + 1):
-            dropped = self._droppable[:count]
-            self.columns = tuple(each for each in self._all if each not in dropped)
+        tasks, unlimited = list(tasks), progress_console.options.update(max_width=10_000)
+        for self.columns in self._layouts:
             table = super().make_tasks_table(tasks)
-            if Measurement.get(console, unlimited, table).maximum <= console.width:
+            width = Measurement.get(progress_console, unlimited, table).maximum
+            if width <= progress_console.width:
                 break
         return table
 
 
 def progress_bar() -> progress.Progress:
     """Return a progress bar, for a `with`; its tasks have a field `now`, see `StatusPart`."""
-    spinner, bar = progress.SpinnerColumn(), progress.BarColumn(bar_width=20)
+    name = progress.TextColumn('{task.description}', markup=False)
+    wide, narrow = (progress.BarColumn(bar_width=width) for width in (20, 6))
     count = progress.MofNCompleteColumn(table_column=Column(no_wrap=True))
     time = progress.TimeRemainingColumn(compact=True)
-    parts = [StatusPart(number) for number in range(3)]
+    first, second, third = (StatusPart(number) for number in range(3))
     return FittingProgress(
-        spinner, progress.TextColumn('{task.description}'), bar, count, time, *parts,
-        droppable=(spinner, parts[2], bar, parts[1], time))
+        (progress.SpinnerColumn(), name, wide, count, time, first, second, third),
+        (name, wide, count, time, first, second, third),
+        (name, wide, count, time, first, second),
+        (name, narrow, count, time, first, second),
+        (name, narrow, count, first, second),
+        (name, narrow, count, first),
+        (name, count, first))
 
 
 def iteration_status(mean_return: float, confidence: float,
@@ -76,26 +130,31 @@ def iteration_status(mean_return: float, confidence: float,
     return tuple(parts)
 
 
-def show_table(summary: Mapping[str, Any], seeds: Sequence[int], files: Iterable[Path]) -> None:
-    """Print the results of the first of the seeds, and the paths of the files."""
+def show_table(summary: Mapping[str, Any], seeds: Sequence[int]) -> None:
+    """Print the results of the first of the seeds."""
     table = Table(show_header=False, box=None, padding=(0, 2, 0, 0))
-    for name, value, remark in _rows(summary):
-        table.add_row(name, value, f'[dim]{remark}[/]')
+    rows = list(_rows(summary))
     if len(seeds) > 1:
-        table.add_row('seed', str(seeds[0]), f'[dim]the first of {len(seeds)}; the picture and '
-                      'summary.json have all[/]')
+        rows.append(('seed', str(seeds[0]),
+                     f'the first of {len(seeds)}; the picture and summary.json have all'))
+    for name, value, remark in rows:
+        table.add_row(name, value, Text(printable(remark), style='dim', overflow='fold'))
     console.print()
     console.print(table)
     console.print()
+
+
+def show_paths(files: Iterable[Path]) -> None:
+    """Print the paths of files as soon as each of them is there."""
     for path in files:
-        console.print(f'  {path}', soft_wrap=True)
+        console.print(f'  {printable(path)}', soft_wrap=True)
 
 
 def show_columns(heads: Iterable[str], rows: Iterable[Iterable[str]]) -> None:
     """Print rows of text under their heads: names to the left, numbers to the right."""
     table = Table(box=None, padding=(0, 2, 0, 0))
     for number, head in enumerate(heads):
-        table.add_column(head, justify='right' if number else 'left')
+        table.add_column(head, justify='right' if number else 'left', overflow='fold')
     for row in rows:
         table.add_row(*row)
     console.print(table)

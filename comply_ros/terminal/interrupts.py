@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How processes end: Ctrl-C as a flag that is checked between two steps; no orphaned child."""
+"""How processes end, with no orphaned child, and how they stop: Ctrl-C and Ctrl-Z."""
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 import ctypes
 import os
 import signal
+import threading
 
 
 class StopFlag:
@@ -49,6 +50,31 @@ def check(stop: StopFlag) -> None:
     """Raise KeyboardInterrupt if the flag is set."""
     if stop.is_set():
         raise KeyboardInterrupt
+
+
+@contextmanager
+def stops(before: Callable[[], object], after: Callable[[], object]) -> Generator[None]:
+    """
+    Call `before` when Ctrl-Z stops this process, and `after` when `fg` continues it.
+
+    It does nothing outside of the main thread, and where SIGTSTP is ignored.
+    """
+    outer = signal.getsignal(signal.SIGTSTP)
+    if threading.current_thread() is not threading.main_thread() or outer == signal.SIG_IGN:
+        yield
+        return
+
+    def stop(*_: object) -> None:
+        before()
+        signal.signal(signal.SIGTSTP, outer)
+        signal.raise_signal(signal.SIGTSTP)
+        signal.signal(signal.SIGTSTP, stop)
+        after()
+    signal.signal(signal.SIGTSTP, stop)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTSTP, outer)
 
 
 def end_with_parent(parent: int) -> None:

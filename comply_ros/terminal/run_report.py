@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 from comply_ros.mentor.policy_text import format_policy
 from comply_ros.storage.run_files import summarize, write_json
 from comply_ros.storage.training_spec import TrainingSpec
-from comply_ros.terminal.console import show_table
+from comply_ros.terminal.console import show_paths, show_table
 from comply_ros.terminal.interrupts import end_with_parent
-from comply_ros.terminal.training_options import TrainingOptions
 from comply_ros.world.planning import ReferenceReturns
 
 PLOTS = 'comply_ros.plots.training_plots'  # loaded when it is used: it loads matplotlib
@@ -63,26 +62,36 @@ def _plot(name: str, *arguments: Any) -> None:
     getattr(import_module(PLOTS), name)(*arguments)
 
 
-def report_training(options: TrainingOptions, reference: ReferenceReturns,
+def report_training(training: TrainingSpec, folder: Path, reference: ReferenceReturns,
                     advice: NDArray[np.int8], outcomes: Sequence[dict[str, Any]],
                     plot: Plot = plot_here) -> None:
-    """Write and show the results of a training, as `write_results`."""
-    summary, files = write_results(options, options.out, reference, advice, outcomes, plot)
+    """Write and show the results of a training; arguments as `write_results`."""
+    summary, files = write_numbers(training, folder, reference, advice, outcomes)
     first = summary if len(outcomes) == 1 else {
         key: value[0] if key in PER_SEED else value for key, value in summary.items()}
-    show_table(first, [each['seed'] for each in outcomes], files)
+    show_table(first, [each['seed'] for each in outcomes])
+    show_paths(files)
+    show_paths(draw_pictures(training, folder, reference, advice, outcomes, first, plot))
 
 
 def write_results(training: TrainingSpec, folder: Path, reference: ReferenceReturns,
-                  advice: NDArray[np.int8], outcomes: Sequence[dict[str, Any]],
-                  plot: Plot = plot_here) -> tuple[dict[str, Any], list[Path]]:
+                  advice: NDArray[np.int8], outcomes: Sequence[dict[str, Any]]) -> None:
     """
-    Write the results of a training; return its summary and the paths of the files.
+    Write the results of a training: what was learned first, then what is drawn of it.
 
     reference: of the world of the training. advice: `advice[s]` of the mentor.
     outcomes: one table for each seed, with the arguments of `summarize`; `learning.npz` of the
         first is already in the folder.
     """
+    summary, _ = write_numbers(training, folder, reference, advice, outcomes)
+    for _ in draw_pictures(training, folder, reference, advice, outcomes, summary, plot_here):
+        pass
+
+
+def write_numbers(training: TrainingSpec, folder: Path, reference: ReferenceReturns,
+                  advice: NDArray[np.int8], outcomes: Sequence[dict[str, Any]],
+                  ) -> tuple[dict[str, Any], list[Path]]:
+    """Write all but the pictures; return the summary and the paths of the files."""
     has_mentor = training.spec.kind != 'none'
     mentor_return = reference.return_of(advice) if has_mentor else None
     summaries = [summarize(training, reference, mentor_return, **each) for each in outcomes]
@@ -90,18 +99,24 @@ def write_results(training: TrainingSpec, folder: Path, reference: ReferenceRetu
     summary = first if len(summaries) == 1 else {
         key: [each[key] for each in summaries] if key in PER_SEED else value
         for key, value in first.items()}
-    files = [write_json(folder / 'summary.json', summary), folder / 'learning.npz',
-             folder / 'learning_curve.png']
-    curves = np.array([each['returns'] for each in outcomes])
-    plots = [plot('draw_learning_curve', files[-1], curves, first)]
+    files = [write_json(folder / 'summary.json', summary), folder / 'learning.npz']
     if has_mentor:
         files.append(folder / 'mentor.txt')
         files[-1].write_text(format_policy(advice, reference.world))
-    if has_mentor and training.config.needs_mentor():
-        files.append(folder / 'trust_map.png')
-        with np.load(folder / 'learning.npz') as learned:
-            plots.append(plot('draw_trust_map', files[-1], reference.world, advice,
-                              learned['confidence'], learned['departures'] > 1, first))
-    for each in plots:
-        each.result()
     return summary, files
+
+
+def draw_pictures(training: TrainingSpec, folder: Path, reference: ReferenceReturns,
+                  advice: NDArray[np.int8], outcomes: Sequence[dict[str, Any]],
+                  summary: dict[str, Any], plot: Plot) -> Generator[Path]:
+    """Draw the pictures of a training; yield the path of each when it is written."""
+    curves = np.array([each['returns'] for each in outcomes])
+    curve, trust = folder / 'learning_curve.png', folder / 'trust_map.png'
+    plots = {curve: plot('draw_learning_curve', curve, curves, summary)}
+    if training.spec.kind != 'none' and training.config.needs_mentor():
+        with np.load(folder / 'learning.npz') as learned:
+            plots[trust] = plot('draw_trust_map', trust, reference.world, advice,
+                                learned['confidence'], learned['departures'] > 1, summary)
+    for path, done in plots.items():
+        done.result()
+        yield path

@@ -17,6 +17,7 @@ from comply_ros.storage.map_files import map_names
 from comply_ros.storage.run_files import OutputError, prepare_folder
 from comply_ros.storage.training_spec import spec_training, TrainingSpec
 from comply_ros.terminal.command_line import CommandParser, whole_number
+from comply_ros.terminal.standard_output import is_closed
 from comply_ros.world.grid import MapError
 from comply_ros.world.planning import PlanningError
 
@@ -119,6 +120,8 @@ def guarded(program: str, mistakes: tuple[type[Exception], ...], run: Callable[[
         print(f'{program}: {mistake}', file=sys.stderr)
         return 2
     except OSError as error:
+        if isinstance(error, BrokenPipeError) and is_closed():
+            raise
         reason = (error.strerror or str(error)).lower()
         print(f'{program}: {error.filename or "output"}: {reason}', file=sys.stderr)
         return 1

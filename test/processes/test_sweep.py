@@ -81,7 +81,7 @@ def test_a_sweep_is_one_tidy_table(capsys):
     settings = (('temperature', 0.5), ('iterations', 2), ('episodes', 2))
     assert one['digest'] == learn(Run('bar_grid', method='explicit', mentor='optimal', seed=2,
                                       settings=settings)).digest
-    assert capsys.readouterr().err.endswith('runs/a.csv: 24 runs, 24 of them new\n')
+    assert capsys.readouterr().out.endswith('runs/a.csv: 24 runs, 24 of them new\n')
 
 
 def test_runs_in_the_table_are_not_repeated(capsys, monkeypatch):
@@ -91,7 +91,7 @@ def test_runs_in_the_table_are_not_repeated(capsys, monkeypatch):
     assert Path('runs/a.csv').read_text().startswith(before)
     monkeypatch.setattr('comply_ros.experiments.executors.completed', None)
     assert run(written(seeds=3)) == 0
-    assert capsys.readouterr().err.endswith('runs/a.csv: 24 runs, 0 of them new\n')
+    assert capsys.readouterr().out.endswith('runs/a.csv: 24 runs, 0 of them new\n')
 
 
 def test_a_killed_sweep_is_continued_without_losing_or_repeating_a_run():

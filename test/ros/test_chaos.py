@@ -23,7 +23,7 @@ def test_the_digest_is_the_same_however_often_and_whenever_nodes_are_killed(tmp_
     assert done.returncode == 0, done.stderr
     total, world, mentor, learner, equal, lessons = map(int, re.search(
         r'(\d+) kills \(grid_world (\d+), mentor (\d+), learner (\d+)\): the digest was equal in '
-        r'(\d+) of (\d+) lessons', ' '.join(done.stderr.split())).groups())
+        r'(\d+) of (\d+) lessons', ' '.join(done.stdout.split())).groups())
     assert equal == lessons > 1
     assert total == world + mentor + learner == int(KILLS)
     assert min(world, mentor, learner) > 0

@@ -4,6 +4,8 @@
 from contextlib import contextmanager
 import json
 import os
+from pathlib import Path
+import re
 import signal
 import subprocess
 import sys
@@ -13,8 +15,10 @@ import pytest
 from ros_client import ros_client
 from waiting import DEADLINE, wait_until
 
+from comply_ros.bags.bag_reader import Bag
 from comply_ros.experiments import train
 from comply_ros.nodes.node_processes import START
+from comply_ros.nodes.viewer_messages import VIEWS
 
 pytestmark = pytest.mark.usefixtures('domain')
 
@@ -87,6 +91,35 @@ def test_parameters_that_change_and_a_reset_while_it_learns_are_replayed(tmp_pat
     replayed = run('replay', str(bag))
     assert replayed.returncode == 0, replayed.stdout + replayed.stderr
     assert replayed.stdout.count('verified: learner ') == 2
+
+
+def test_what_the_viewer_shows_is_recorded_and_replay_ignores_it(tmp_path):
+    bag = tmp_path / 'bag'
+    with recorded(tmp_path, '-p', 'iterations:=0') as started, nodes(
+            tmp_path, viewer=('-p', 'map_rate:=10.0')):
+        for name in ('map', 'robot', 'trail', 'mentor', 'places', 'episode_return'):
+            wait_until(log_has(started['record'], f'receives /view/{name}'), f'view/{name}')
+        started['record'].interrupt()
+        assert started['record'].wait() == 0
+    assert 'nav_msgs/msg/OccupancyGrid' in {
+        each.message_type for each in Bag(str(bag)) if each.topic == '/view/map'}
+    replayed = run('replay', str(bag))
+    assert replayed.returncode == 0, replayed.stdout + replayed.stderr
+    assert 'read up to' not in replayed.stderr
+    layout = json.loads((Path(__file__).parents[2] / 'config/teach.foxglove.json').read_text())
+    shown = set(re.findall(r'/view/\w+', json.dumps(layout)))
+    assert shown <= {f'/view/{view.name.removeprefix("view/")}' for view in VIEWS}
+
+
+def test_only_topics_that_match_are_recorded(tmp_path):
+    with nodes(tmp_path, record=['-p', f'bag:={tmp_path / "bag"}', '-p',
+                                 'topics:=["rosout", "/parameter_e*"]'],
+               grid_world=WORLD) as started:
+        wait_until(log_has(started['record'], 'receives /rosout'), 'log messages')
+        with ros_client() as client:
+            assert client.set('grid_world', rate=200.0) == ''
+        wait_until(log_has(started['record'], 'receives /parameter_events'), 'event')
+        assert 'view' not in started['record'].log.read_text()
 
 
 def test_a_bag_that_exists_is_not_touched(tmp_path):

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """`scripts/service` and `scripts/param`, for machines without `ros2`."""
 
+import re
+
 from comply_msgs.srv import Recommend
 from node_processes import log_has, nodes, run_tool
 import pytest
@@ -10,7 +12,7 @@ from waiting import wait_until
 
 from tools.param import value_of
 from tools.ros_graph import GraphError
-from tools.service import filled
+from tools.service import filled, values_of
 
 
 @pytest.fixture(scope='module')
@@ -80,7 +82,7 @@ def test_a_response_without_success_gives_exit_code_1(running):
     (('/recommend', 'comply_msgs/srv/Recommend', '{cell: 5}'),
      "comply_msgs/srv/Recommend has no field 'cell'; it has state"),
     (('/recommend', 'comply_msgs/srv/Recommend', '{state: 5'), 'the values of a request must be '
-     'a table in YAML such as "{data: true}", got \'{state: 5\'')])
+     "valid YAML (expected ',' or '}', but got '<stream end>')")])
 def test_a_call_that_cannot_be_made_is_one_line_and_exit_code_1(running, argv, error):
     done = run_tool('service', 'call', *argv)
     assert (done.returncode, done.stdout, done.stderr) == (1, '', f'service: {error}\n')
@@ -92,6 +94,16 @@ def test_a_service_that_does_not_exist_is_named_with_those_that_do(running):
     assert done.stderr == (f"service: there is no service '/advise' in ROS domain {running}; "
                            'there are /grid_world/pause, /grid_world/reset, /grid_world/step, '
                            '/recommend\n')
+
+
+@pytest.mark.parametrize('text, sentence', [
+    ('{state: 010}', "a number must be written like 10, 0.5 or 1e-3, got '010'"),
+    ('{state: 0x10}', "a number must be written like 10, 0.5 or 1e-3, got '0x10'"),
+    ('{state', 'the values of a request must be valid YAML'),
+    ('state', 'the values of a request must be a table in YAML')])
+def test_values_of_a_request_are_read_as_all_yaml_is(text, sentence):
+    with pytest.raises(GraphError, match=re.escape(sentence)):
+        values_of(text)
 
 
 def test_nested_fields_of_a_request_are_filled():

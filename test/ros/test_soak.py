@@ -37,8 +37,8 @@ def test_no_node_grows_while_it_learns_with_a_state_dir(tmp_path, monkeypatch):
         [*COMMAND, '--mentor', 'noisy:0.3', '--steps', str(STEPS), '--after', str(AFTER), '--out',
          str(tmp_path)], capture_output=True, text=True, timeout=DEADLINE, check=False)
     assert done.returncode == 0, done.stderr
-    assert done.stderr.endswith('Passed: no node grew by 5 MB.\n')
-    rows = dict(re.findall(r'(?m)^(grid_world|mentor|learner) .* ([+-][\d.]+) *$', done.stderr))
+    assert done.stdout.endswith('Passed: no node grew by 5 MB.\n')
+    rows = dict(re.findall(r'(?m)^(grid_world|mentor|learner) .* ([+-][\d.]+) *$', done.stdout))
     assert set(rows) == {'grid_world', 'mentor', 'learner'}
     assert all(float(growth) < 5.0 for growth in rows.values())
     journals = {path.name.split('.')[1] for path in (tmp_path / 'state').glob('*.journal')}
@@ -55,9 +55,9 @@ def test_a_leak_of_six_bytes_a_step_is_found_and_of_four_is_not(capsys):
         return {'grid_world': readings_of(noisy),
                 'learner': readings_of(lambda steps: noisy(steps, leak * 1e-6))}
     assert soak.show_growth(table(4), 50_000) == 0
-    assert 'Passed: no node grew by 5 MB.' in capsys.readouterr().err
+    assert 'Passed: no node grew by 5 MB.' in capsys.readouterr().out
     assert soak.show_growth(table(6), 50_000) == 1
-    output = capsys.readouterr().err
+    output = capsys.readouterr().out
     assert re.search(r'learner must grow by less than 5 MB, and grew by 5\.\d', output)
     assert 'grid_world must' not in output
 
@@ -99,6 +99,6 @@ def test_ctrl_c_ends_a_soak_and_its_nodes(tmp_path):
 ])
 def test_a_mistake_is_reported_before_anything_is_started(tmp_path, capsys, argv, message):
     assert soak.main(['soak', *argv, '--out', str(tmp_path)]) == 2
-    output = capsys.readouterr().err
+    output = capsys.readouterr().out
     assert output.startswith(message) and output.count('\n') == 1
     assert not (tmp_path / 'learner.log').exists()

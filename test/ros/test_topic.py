@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`scripts/topic`, for machines without `ros2`."""
 
+import os
 import re
 import subprocess
 
@@ -82,3 +83,14 @@ def test_a_topic_that_does_not_exist_is_named():
     assert done.returncode == 1
     assert re.match(r"topic: there is no topic '/nothing' in ROS domain \d+; there are /",
                     done.stderr)
+
+
+def test_a_closed_pipe_ends_echo_although_no_message_follows(running):
+    reader, writer = os.pipe()
+    process = subprocess.Popen(tool_command('topic', 'echo', 'world'), cwd=ROOT, stdout=writer,
+                               stderr=subprocess.PIPE, text=True)
+    os.close(writer)
+    assert os.read(reader, 100).startswith(b'run: ')
+    os.close(reader)
+    errors = process.communicate(timeout=DEADLINE)[1]
+    assert (process.returncode, errors) == (141, '')

@@ -14,6 +14,7 @@ import pytest
 import rclpy
 from rclpy.node import Node
 from short_training import digest_of, LEARNER, MENTOR, received, SMALL, spin_until, trained
+from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
 from waiting import wait_until
 import yaml
@@ -128,3 +129,28 @@ def test_the_launch_file_knows_what_rviz_shows():
         (TOP / 'launch' / 'teach.launch.py').read_text()).body if isinstance(each, ast.Assign)}
     assert {f'view/{each}' for each in ast.literal_eval(tables['VIEW_TOPICS'])} == {
         view.name for view in viewer_messages.VIEWS if 'return' not in view.name}
+
+
+class TransformList:
+    """The shape of `tf2_msgs/msg/TFMessage`, which is on no registry."""
+
+    def __init__(self, transforms):
+        self.transforms = transforms
+
+
+def test_the_transform_of_the_robot_is_its_pose():
+    pose = viewer_messages.pose_message(Header(frame_id='map'), (1.5, 2.5), np.pi / 2)
+    transform, = viewer_messages.tf_message(TransformList, pose, 'robot').transforms
+    assert (transform.header.frame_id, transform.child_frame_id) == ('map', 'robot')
+    assert (transform.transform.translation.x, transform.transform.translation.y,
+            transform.transform.translation.z) == (1.5, 2.5, 0.0)
+    assert transform.transform.rotation == pose.pose.orientation
+    assert abs(transform.transform.rotation.z - np.sqrt(0.5)) < 1e-12
+
+
+@pytest.mark.parametrize('name, value', [('frame', ''), ('frame', '/map'), ('robot_frame', '/r')])
+def test_a_frame_has_no_slash_in_front(name, value):
+    done = run('viewer', '--ros-args', '-p', f"{name}:='{value}'")
+    assert done.returncode == 2
+    assert done.stderr == (f'viewer: parameter {name} must be the name of a frame without a slash '
+                           f'in front, such as map, got {value!r}\n')

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`teleop_mentor` in a pseudo-terminal of the test, which types and reads there."""
+"""An executable in a pseudo-terminal of the test, which types and reads there."""
 
 from contextlib import contextmanager
 import os
@@ -18,23 +18,24 @@ CODES = re.compile(r'\x1b\[[0-9;?]*[A-Za-z]')
 
 class PtySession:
     """
-    A pseudo-terminal with `teleop_mentor` in it.
+    A pseudo-terminal with an executable in it.
 
     Attributes
     ----------
-    terminal: descriptor of the side that the node uses.
-    before: its attributes before the node started.
+    terminal: descriptor of the side that the executable uses.
+    before: its attributes before the executable started.
     text: all that was shown.
 
     """
 
-    def __init__(self, *arguments, columns=120, rows=40, **environment):
+    def __init__(self, *arguments, executable='teleop_mentor', columns=120, rows=40,
+                 **environment):
         self._user, self.terminal = pty.openpty()
         termios.tcsetwinsize(self.terminal, (rows, columns))
         self.before, self.text = termios.tcgetattr(self.terminal), ''
         os.set_blocking(self._user, False)
         self.process = subprocess.Popen(
-            [sys.executable, '-c', START.format('teleop_mentor'), *arguments],
+            [sys.executable, '-c', START.format(executable), *arguments],
             stdin=self.terminal, stdout=self.terminal, stderr=self.terminal,
             process_group=0, env={**os.environ, **environment})
 
@@ -78,7 +79,7 @@ class PtySession:
 
 @contextmanager
 def pty_session(*arguments, **settings):
-    """Give a `PtySession`; settings: `columns`, `rows`, and variables of its environment."""
+    """Give a `PtySession`; settings: its keywords, and variables of its environment."""
     session = PtySession(*arguments, **settings)
     try:
         yield session

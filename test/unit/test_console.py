@@ -15,7 +15,7 @@ STATUS = iteration_status(-13.82, 0.75, 12345.6)
 def shown(monkeypatch, width, now, description='beta_implicit'):
     """Return the line of a progress bar at 200 of 400, in a terminal of this width."""
     wide = Console(file=io.StringIO(), width=width, force_terminal=True, color_system=None)
-    monkeypatch.setattr(console_module, 'console', wide)
+    monkeypatch.setattr(console_module, 'progress_console', wide)
     bar = progress_bar()
     bar.add_task(description, total=400, completed=200, now=now)
     with wide.capture() as capture:
@@ -33,8 +33,9 @@ def test_a_wide_terminal_shows_everything(monkeypatch):
 
 @pytest.mark.parametrize('width, parts', [
     (80, ['beta_implicit ━', '200/400', '--:--', 'return  -13.82', 'confidence 0.75']),
-    (60, ['beta_implicit 200/400', '--:--', 'return  -13.82', 'confidence 0.75']),
-    (50, ['beta_implicit 200/400', '--:--', 'return  -13.82']),
+    (70, ['beta_implicit ━', '200/400', '--:--', 'return  -13.82', 'confidence 0.75']),
+    (60, ['beta_implicit ━', '200/400', 'return  -13.82', 'confidence 0.75']),
+    (50, ['beta_implicit ━', '200/400', 'return  -13.82']),
     (40, ['beta_implicit 200/400', 'return  -13.82'])])
 def test_the_least_important_columns_are_left_out_first(monkeypatch, width, parts):
     line = shown(monkeypatch, width, STATUS)
@@ -44,8 +45,38 @@ def test_the_least_important_columns_are_left_out_first(monkeypatch, width, part
 
 def test_a_long_text_is_cut_and_the_count_is_not(monkeypatch):
     line = shown(monkeypatch, 60, 'grid_world was killed and starts again, for the second time')
-    assert line.startswith('beta_implicit 200/400 grid_world was') and line.endswith('…')
+    assert line.startswith('beta_implicit') and '200/400 grid_world was' in line
+    assert line.endswith('…')
 
 
 def test_a_learner_without_advice_has_no_confidence_to_show():
     assert iteration_status(1.0, float('nan')) == ('return    1.00',)
+
+
+def test_results_go_to_standard_output_and_progress_to_standard_error(capsys):
+    console_module.console.print('a result')
+    console_module.progress_console.print('a note')
+    assert tuple(capsys.readouterr()) == ('a result\n', 'a note\n')
+
+
+def test_lines_of_a_file_are_not_broken(capsys, monkeypatch):
+    monkeypatch.delenv('COLUMNS', raising=False)
+    console_module.show_columns(('name', 'value'), [('a' * 150, '1')])
+    assert 'a' * 150 in capsys.readouterr().out.splitlines()[1]
+
+
+def test_names_are_no_markup_in_a_progress_bar(monkeypatch):
+    line = shown(monkeypatch, 120, ('[b]x[/b] :smile:',), description='[i]name[/i]')
+    assert line.startswith('[i]name[/i]') or ' [i]name[/i]' in line
+    assert line.endswith('[b]x[/b] :smile:')
+
+
+@pytest.mark.parametrize('columns', [60, 80])
+def test_a_table_is_not_wider_than_the_terminal_and_nothing_is_cut(monkeypatch, capsys, columns):
+    monkeypatch.setenv('COLUMNS', str(columns))
+    names = ['beta_implicit_off_policy', 'a' * 70]
+    console_module.show_columns(('node', 'MB after 1,000,000 steps', 'MB at the end', 'growth'),
+                                [(name, '123.45', '123.45', '+0.00') for name in names])
+    lines = capsys.readouterr().out.splitlines()
+    assert max(map(len, lines)) <= columns
+    assert ''.join(lines).count('a') >= 70 and '…' not in ''.join(lines)

@@ -100,3 +100,15 @@ def test_the_end_of_a_long_table_is_found(tmp_path):
     text = filled(path, *(('a', k, 0.5) for k in range(3000)))
     path.write_text(text + 'x' * 20_000)
     assert filled(path) == text
+
+
+@pytest.mark.parametrize('saved', [
+    lambda text: '\ufeff' + text, lambda text: text.replace('\n', '\r\n'),
+    lambda text: '\ufeff' + text.replace('\n', '\r\n')], ids=['mark', 'CRLF', 'both'])
+def test_a_table_that_another_program_saved_is_continued(tmp_path, saved):
+    path = tmp_path / 'runs.csv'
+    path.write_bytes(saved(filled(path, ('ä', 1, 0.5))).encode())
+    with CsvTable(path, COLUMNS) as table:
+        table.append({'method': 'b', 'seed': 2, 'regret': 0.25})
+        assert list(table.rows()) == [(2, {'method': 'ä', 'seed': '1', 'regret': '0.5'}),
+                                      (3, {'method': 'b', 'seed': '2', 'regret': '0.25'})]

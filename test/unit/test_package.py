@@ -42,14 +42,15 @@ def test_the_launch_file_has_the_documented_arguments_and_all_methods():
     tables = {node.targets[0].id: node.value for node in ast.parse(
         (TOP / 'launch' / 'teach.launch.py').read_text()).body if isinstance(node, ast.Assign)}
     names = [row.elts[0].value for row in tables['ARGUMENTS'].elts]
-    assert names == ['map', 'method', 'mentor', 'seed', 'iterations', 'initial_learning',
-                     'learns', 'profile', 'namespace', 'params_file', 'state_dir', 'respawn',
-                     'viewer', 'rviz', 'log_level']
-    choices = ast.literal_eval(tables['CHOICES'])
+    assert names == ['map', 'method', 'mentor', 'mentor_seed', 'budget', 'rate', 'seed',
+                     'iterations', 'initial_learning', 'learns', 'profile', 'namespace',
+                     'params_file', 'state_dir', 'respawn', 'viewer', 'rviz',
+                     'dashboard', 'record', 'log_level']
+    choices, renamed = (ast.literal_eval(tables[name]) for name in ('CHOICES', 'RENAMED'))
     assert choices['method'] == ['', *METHODS['published']]
     assert choices['profile'] == ['', *METHODS]
     for node, arguments in ast.literal_eval(tables['NODES']).items():
-        assert set(arguments) <= KNOWN[node]
+        assert {renamed.get(each, each) for each in arguments} <= KNOWN[node]
 
 
 def test_versions_agree():

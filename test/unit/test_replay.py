@@ -224,6 +224,15 @@ def test_the_command_reports_what_it_cannot_verify(recorded, tmp_path, capsys):
     assert 'verification stopped: the observation of run 7, episode ' in out
 
 
+def test_a_learner_without_a_description_is_named_as_such(recorded, tmp_path, capsys):
+    messages = [each for each in recorded.messages if each[0] not in ('method', 'progress')]
+    code, out, _ = run_replay(capsys, write_bag(tmp_path / 'bag', messages))
+    actions = sum(topic == 'action' for topic, _ in messages)
+    assert code == 1
+    assert out == ('not verifiable: learner 5 has published nothing on the topic method, so its '
+                   f'initial state is unknown; {actions} actions fit their observations\n')
+
+
 def test_a_learner_that_began_with_a_learning_cannot_be_verified(recorded, tmp_path, capsys):
     settings = {**json.loads(recorded.messages[1][1].settings), 'initial_learning': 'a digest'}
     messages = [(topic, msg._replace(settings=json.dumps(settings)) if topic == 'method' else msg)

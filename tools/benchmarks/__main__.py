@@ -8,12 +8,11 @@ from pathlib import Path
 import sys
 import tempfile
 
-from rich.console import Console
-
 from comply_ros.nodes.node_processes import NodeDied
 from comply_ros.storage.kernel_cache import use_kernel_cache
 from comply_ros.terminal.command_line import CommandParser, whole_number
 from comply_ros.terminal.console import console, progress_bar
+from comply_ros.terminal.standard_output import standard_output
 from comply_ros.terminal.training_options import guarded
 from tools.benchmarks import in_process, map_scaling, profile, ros_loop, startup
 from tools.benchmarks.interleave import Bench, BenchmarkError
@@ -23,7 +22,7 @@ SECTIONS = {'loop': ros_loop.measure_loop, 'choices': ros_loop.measure_choices,
             'engine': in_process.measure_engine, 'growth': map_scaling.measure_growth,
             'start': startup.measure_start}
 ON_DEMAND = {'setup': startup.measure_setup, 'where': profile.measure_parts}
-ROUNDS, WIDTH = 5, 120
+ROUNDS = 5
 
 
 def parser() -> argparse.ArgumentParser:
@@ -65,8 +64,7 @@ def run(given: argparse.Namespace) -> int:
         'machine': measured_on, 'rounds': given.rounds, 'quick': given.quick,
         'notes': bench.notes, 'rows': {name: as_json(each) for name, each in rows.items()},
         'figures': figures}, indent=1) + '\n')
-    width = None if sys.stdout.isatty() else WIDTH
-    Console(highlight=False, width=width).print(result_table(rows))
+    console.print(result_table(rows))
     for note in bench.notes:
         console.print(note, soft_wrap=True)
     console.print(f'\n  {path}', soft_wrap=True)
@@ -74,4 +72,5 @@ def run(given: argparse.Namespace) -> int:
 
 
 if __name__ == '__main__':
-    sys.exit(main(sys.argv))
+    with standard_output():
+        sys.exit(main(sys.argv))

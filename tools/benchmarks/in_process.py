@@ -4,11 +4,11 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
-import os
 import signal
 import time
 from typing import Any
 
+from comply_ros.experiments.available_cores import available_cores
 from comply_ros.learner.learner_config import LearnerConfig
 from comply_ros.learner.presets import METHODS
 from comply_ros.learner.training import Training
@@ -77,8 +77,8 @@ def measure_engine(bench: Bench) -> tuple[list[Row], dict[str, list[float]]]:
     rates = bench.interleave('engine', candidates)
     cores = rates_on_cores(bench, 5 * seconds)
     rows = [*rate_rows(rates), Row(
-        f'{ALL} ({os.cpu_count()} processes) / {ONE}', ratios(cores[ALL], cores[ONE]),
-        GOAL_ON_TWO_CORES * (os.cpu_count() or 1) / 2)]
+        f'{ALL} ({available_cores()} processes) / {ONE}', ratios(cores[ALL], cores[ONE]),
+        GOAL_ON_TWO_CORES * available_cores() / 2)]
     return rows, {**{key if isinstance(key, str) else ' '.join(key): each
                      for key, each in rates.items()}, **cores}
 
@@ -125,7 +125,7 @@ def _worker_rate(seconds: float) -> float:
 
 def rates_on_cores(bench: Bench, seconds: float) -> dict[str, list[float]]:
     """Measure the steps per second of one process, and of one on each core at the same time."""
-    cores = os.cpu_count() or 1
+    cores = available_cores()
     with ProcessPoolExecutor(cores, get_context('spawn'), _init_worker) as pool:
         list(pool.map(_worker_rate, [0.001] * 4 * cores))  # all workers have started
 

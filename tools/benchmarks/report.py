@@ -13,6 +13,7 @@ from typing import Any
 from rich.table import Table
 
 from comply_ros import __version__
+from comply_ros.experiments.available_cores import available_cores
 from tools.benchmarks.interleave import Row
 
 PACKAGES = {'numpy': 'numpy', 'numba': 'numba', 'rclpy': 'ros-rclpy', 'gymnasium': 'gymnasium',
@@ -25,7 +26,7 @@ def result_table(sections: Mapping[str, Iterable[Row]]) -> Table:
     for name in ('', 'median', 'lowest', 'highest', 'goal', ''):
         table.add_column(name, justify='left' if not name else 'right')
     for section, rows in sections.items():
-        table.add_row(f'[bold]{section}[/]')
+        table.add_row(section, style='bold')
         for row in rows:
             table.add_row(*cells(row))
     return table
@@ -51,7 +52,8 @@ def as_json(rows: Iterable[Row]) -> list[dict[str, Any]]:
 
 def machine() -> dict[str, Any]:
     """Processor, cores, versions and date; nothing that identifies the owner of the machine."""
-    return {'date': date.today().isoformat(), 'processor': _processor(), 'cores': os.cpu_count(),
+    return {'date': date.today().isoformat(), 'processor': _processor(),
+            'cores': available_cores(),
             'load at the start': round(os.getloadavg()[0], 1),
             'comply_ros': __version__, 'Python': platform.python_version(),
             **{name: _installed(package, name) for name, package in PACKAGES.items()}}
