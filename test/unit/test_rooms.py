@@ -12,7 +12,7 @@ import comply_ros
 
 PACKAGE = Path(comply_ros.__file__).parent
 ROS = {'rclpy', 'comply_msgs', 'diagnostic_msgs', 'rcl_interfaces', 'launch', 'launch_ros',
-       'geometry_msgs', 'nav_msgs', 'std_msgs', 'std_srvs', 'visualization_msgs',
+       'geometry_msgs', 'nav_msgs', 'std_msgs', 'std_srvs', 'tf2_msgs', 'visualization_msgs',
        'builtin_interfaces', 'rosgraph_msgs', 'ament_index_python'}
 # Lowest first; what each may import besides the standard library and the rooms before it.
 ROOMS = {
