@@ -17,7 +17,7 @@ from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
-from comply_ros.nodes.node_processes import ended_with_block, NodeProcess
+from comply_ros.nodes.node_processes import ended_with_block, NodeProcess, parameter_arguments
 from comply_ros.nodes.parameters import ADVISING, BAG, BUDGET, Parameter, PORT
 from tools.interfaces_markdown import Endpoint, NodeInterfaces, NodeKind, pages_of
 from tools.ros_graph import (
@@ -85,9 +85,10 @@ def running(kinds: Sequence[NodeKind]) -> Generator[list[tuple[NodeKind, str]]]:
             for kind, namespace in namespaces:
                 place = Path(folder) / namespace.strip('/')
                 place.mkdir()
-                arguments = ['-r', f'__ns:={namespace}']
-                for parameter, value in kind.parameters.items():
-                    arguments += ['-p', f'{parameter.name}:={str(value).format(folder=place)}']
+                parameters = {
+                    each.name: value.format(folder=place) if isinstance(value, str) else value
+                    for each, value in kind.parameters.items()}
+                arguments = ['-r', f'__ns:={namespace}', *parameter_arguments(parameters)]
                 started.append(NodeProcess(kind.executable, arguments, place))
             _wait_until_ready(started)
             yield namespaces

@@ -20,16 +20,22 @@ from numpy.typing import NDArray
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
-import yaml
 
 from comply_ros.learner.learner_config import ConfigError
 from comply_ros.mentor.mentor_policies import FROM_FILES
-from comply_ros.nodes.node_processes import NodeDied, NodeProcess, run_nodes
+from comply_ros.nodes.node_processes import (
+    NodeDied,
+    NodeProcess,
+    parameter_arguments,
+    run_nodes,
+    yaml_for_rcl,
+)
 from comply_ros.nodes.parameters import FASTEST, SLOWEST
 from comply_ros.nodes.run_monitor import LessonFailed, RunMonitor
 from comply_ros.nodes.spin import POLL_PERIOD
 from comply_ros.nodes.topics import ANOTHER
 from comply_ros.storage.learning_file import read_learning
+from comply_ros.storage.map_files import map_names
 from comply_ros.terminal.command_line import real_number
 from comply_ros.terminal.interrupts import check, interrupts, StopFlag
 from comply_ros.terminal.training_options import main_with, training_parser, TrainingOptions
@@ -158,7 +164,7 @@ def running(options: TrainingOptions, held: bool = False,
     if options.args.namespace:
         arguments += ['-r', f'__ns:=/{options.args.namespace.strip("/")}']
     if options.args.rate:
-        arguments += ['-p', f'rate:={options.args.rate!r}']
+        arguments += parameter_arguments({'rate': options.args.rate})
     return run_nodes(dict.fromkeys(NODES, arguments), options.out, held)
 
 
@@ -180,13 +186,13 @@ def write_parameters(options: TrainingOptions) -> Path:
     path = options.out / 'parameters.yaml'
     table = {f'/**/{name}': {'ros__parameters': values} for name, values in parameters.items()}
     path.write_text('# What this lesson was run with: --ros-args --params-file parameters.yaml\n'
-                    + yaml.safe_dump(table, sort_keys=False))
+                    + yaml_for_rcl(table), encoding='utf-8')
     return path
 
 
 def _absolute(name: str) -> str:
     """Return a path that holds in any folder; the name of a map of the package stays."""
-    return str(Path(name).expanduser().resolve()) if Path(name).suffix else name
+    return name if name in map_names() else str(Path(name).expanduser().resolve())
 
 
 def watch(options: TrainingOptions, monitor: RunMonitor, executor: SingleThreadedExecutor,

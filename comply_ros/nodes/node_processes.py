@@ -9,6 +9,9 @@ import signal
 import subprocess
 import sys
 import time
+from typing import Any
+
+import yaml
 
 from comply_ros.nodes.spin import HOLD
 
@@ -18,6 +21,26 @@ CHILD = ('from comply_ros.terminal.interrupts import end_with_parent; end_with_p
 LAST_LINES = 12
 END_TIMEOUT = 5.0  # seconds that a node has to end after Ctrl-C
 MAX_STARTS, START_WINDOW = 20, 10.0  # starts in so many seconds; more are a defect, not kills
+
+
+class _QuotingDumper(yaml.SafeDumper):
+    """Puts every text into quotes: rcl reads 1e3 as a number, and what follows ' #' not at all."""
+
+
+_QuotingDumper.add_representer(str, lambda dumper, text: dumper.represent_scalar(
+    'tag:yaml.org,2002:str', text, style='"'))
+
+
+def yaml_for_rcl(value: Any) -> str:
+    """Return a value as YAML in which rcl finds the same value, whatever its texts contain."""
+    text = yaml.dump(value, Dumper=_QuotingDumper, sort_keys=False, width=float('inf'))
+    return text.removesuffix('...\n')
+
+
+def parameter_arguments(parameters: Mapping[str, Any]) -> list[str]:
+    """Return the ROS arguments that set parameters, `-p NAME:=VALUE` for each."""
+    return [argument for name, value in parameters.items()
+            for argument in ('-p', f'{name}:={yaml_for_rcl(value).strip()}')]
 
 
 class NodeDied(RuntimeError):
