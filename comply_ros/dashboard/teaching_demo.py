@@ -51,7 +51,8 @@ def run(options: argparse.Namespace) -> int:
     print('Open the address below in a browser and paint arrows; Ctrl-C ends the demo.',
           file=sys.stderr)
     with lock_topics(''), world_and_learner(options, prepare_folder(options.out)):
-        return server.main(['dashboard', '--ros-args', *parameter_arguments({'port': options.port})])
+        return server.main(['dashboard', '--ros-args',
+                            *parameter_arguments({'port': options.port})])
 
 
 @contextmanager

@@ -103,6 +103,9 @@ INITIAL_LEARNING = Parameter(
     'initial_learning', '', 'File that a learner has saved (learning.npz), of the same world: '
     'begin with its values and beliefs. It is no checkpoint: schedules, counts and random numbers '
     'begin anew. A checkpoint in state_dir counts more; empty: begin with nothing')
+END_WHEN_FINISHED = Parameter(
+    'end_when_finished', False, 'Whether the learner ends, with exit code 0, when it has learned '
+    'its last iteration; else it stays, and what it learned can be asked for and saved')
 STATE_DIR = Parameter(
     'state_dir', '', 'Folder for the checkpoint and journal with which the node goes on after a '
     'kill as if nothing had happened; empty: nothing is stored')

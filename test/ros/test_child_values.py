@@ -12,13 +12,16 @@ from comply_ros.nodes.node_processes import parameter_arguments, yaml_for_rcl
 from comply_ros.nodes.topics import WORLD
 
 VALUES = [  # texts that look like something else, and what they look like
-    'maze #2.yaml', '1e3', '1E3', '.5e3', '010', '0x1f', '0o17', '1_000', '12:30:45', '-5', '.inf',
-    'true', 'no', 'null', '~', '', ' ', 'a: b', '- a', '[a]', '{a}', '"', "'", 'it\'s "so"', '\\',
-    'a\\nb', 'a\nb', '\ttab ', '!!int 3', '&a', '*a', '%', '@', '`', '|', '>', '? a', '$HOME', '$(x)',
-    '~/x', 'map:=maze', '--ros-args', 'küche', '迷路', '🤖', ' leading', 'trailing ', 'a' * 3000,
+    'maze #2.yaml', '1e3', '1E3', '.5e3', '010', '0x1f', '0o17', '1_000', '12:30:45', '-5',
+    '.inf', 'true', 'no', 'null', '~', '', ' ', 'a: b', '- a', '[a]', '{a}', '"', "'",
+    'it\'s "so"', '\\',
+    'a\\nb', 'a\nb', '\ttab ', '!!int 3', '&a', '*a', '%', '@', '`', '|', '>', '? a', '$HOME',
+    '$(x)', '~/x', 'map:=maze', '--ros-args', 'küche', '迷路', '🤖', ' leading',
+    'trailing ', 'a' * 3000,
     1, 1000, 0.5, 1e-05, 1e300, True, False, ['a #b', '1e3', 'true']]
 ROWS = ('..G',)
-MAP = 'intended: 0.9\nstep_limit: 40\nrewards: {step: -1, goal: 9}\nstarts: anywhere\nrows: [..G]\n'
+MAP = """{intended: 0.9, step_limit: 40, rewards: {step: -1, goal: 9}, starts: anywhere,
+rows: [..G]}"""
 
 
 def values_in_node(values, *arguments):
@@ -27,8 +30,8 @@ def values_in_node(values, *arguments):
     rclpy.init(args=['node', '--ros-args', *arguments], context=context)
     try:
         node = rclpy.create_node('node', context=context)
-        return [node.declare_parameter(f'p{k}', [''] if type(value) is list else type(value)()).value
-                for k, value in enumerate(values)]
+        return [node.declare_parameter(f'p{k}', [''] if type(value) is list else type(value)()
+                                       ).value for k, value in enumerate(values)]
     finally:
         rclpy.try_shutdown(context=context)
 

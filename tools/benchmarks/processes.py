@@ -13,10 +13,10 @@ import time
 from typing import Any
 
 import numpy as np
-from tools.benchmarks.interleave import BenchmarkError
-from tools.benchmarks.step_times import loop_speed, LoopSpeed, TIMES_FILE, WARM_FILE
 
 from comply_ros.nodes.node_processes import yaml_for_rcl
+from tools.benchmarks.interleave import BenchmarkError
+from tools.benchmarks.step_times import loop_speed, LoopSpeed, TIMES_FILE, WARM_FILE
 
 ROOT = Path(__file__).parents[2]
 START_TIMEOUT, END_TIMEOUT, POLL_PERIOD = 120.0, 10.0, 0.005  # seconds
