@@ -63,6 +63,7 @@ class NodeProcess:
     def __init__(self, name: str, arguments: Sequence[str], folder: Path | str,
                  held: bool = False) -> None:
         self.name, self.log = name, Path(folder) / f'{name}.log'
+        self.pids: list[int] = []  # of all its processes, the last one that of now
         self._arguments, self._starts = arguments, []
         self.log.write_bytes(b'')
         self.start(held)
@@ -77,6 +78,7 @@ class NodeProcess:
                 stdin=subprocess.PIPE if held else subprocess.DEVNULL, stdout=output,
                 stderr=subprocess.STDOUT, env={**os.environ, HOLD: '1'} if held else None,
                 start_new_session=True)  # Ctrl-C is for the lesson, which then ends its nodes
+        self.pids.append(self._process.pid)
 
     def release(self) -> None:
         """Let a held process make its node."""
