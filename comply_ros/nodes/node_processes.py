@@ -92,12 +92,19 @@ class NodeProcess:
         """Process id."""
         return self._process.pid
 
+    def end_report(self) -> str | None:
+        """Return how the node ended, with its last lines; None while it runs."""
+        code = self._process.poll()
+        if code is None:
+            return None
+        how = f'exit code {code}' if code >= 0 else f'signal {signal.Signals(-code).name}'
+        return f'{self.name} ended with {how}; its last lines:\n{self.last_lines()}'
+
     def check(self) -> None:
         """Return if the node runs; raises NodeDied."""
-        code = self._process.poll()
-        if code is not None:
-            how = f'exit code {code}' if code >= 0 else f'signal {signal.Signals(-code).name}'
-            raise NodeDied(f'{self.name} ended with {how}; its last lines:\n{self.last_lines()}')
+        report = self.end_report()
+        if report is not None:
+            raise NodeDied(report)
 
     def respawn(self) -> bool:
         """

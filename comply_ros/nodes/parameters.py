@@ -136,8 +136,9 @@ TOKEN = Parameter(
     'token', '', 'What a browser has to present before it sees the page; empty: nothing on '
     'localhost, elsewhere a token is generated and printed')
 TEACH = Parameter(
-    'teach', True, 'Whether a person teaches on the page, as the node mentor; false: the page '
-    'only watches')
+    'teach', 'auto', 'Whether a person teaches on the page, as the node mentor: true, false (the '
+    'page only watches) or auto (it watches while another mentor is heard, and offers to take '
+    'over)', choices=('auto', 'true', 'false'))
 FAULTS = tuple(_from_metadata(field.name, field.default, field.metadata, read_only=True)
                for field in fields(Faults))
 ROS_PARAMETERS = (  # of every node, declared by rclpy
@@ -188,6 +189,9 @@ class SafeParameterNode(Node):
     def _declare(self, parameter: Parameter) -> RosParameter:
         """Declare a parameter in rclpy; one that is a double may be given as an integer."""
         given = self._override(parameter)
+        if type(given) is bool and str(given).lower() in (parameter.choices or ()):
+            return self.declare_parameter(parameter.name, str(given).lower(),
+                                          descriptor(parameter), ignore_override=True)
         if type(parameter.default) is float and type(given) is int:
             return self.declare_parameter(parameter.name, float(given), descriptor(parameter),
                                           ignore_override=True)
