@@ -18,7 +18,7 @@ from rclpy.parameter import parameter_value_to_python
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from comply_ros.nodes.node_processes import ended_with_block, NodeProcess, parameter_arguments
-from comply_ros.nodes.parameters import ADVISING, BAG, BUDGET, Parameter, PORT
+from comply_ros.nodes.parameters import ADVISING, BAG, BUDGET, Parameter, PORT, TEACH
 from tools.interfaces_markdown import Endpoint, NodeInterfaces, NodeKind, pages_of
 from tools.ros_graph import (
     call,
@@ -41,8 +41,9 @@ NODE_KINDS = (
              'with a `budget` and `advising:=mistakes`'),
     NodeKind('learner', 'learner', 'learner'),
     NodeKind('viewer', 'viewer', 'viewer'),
-    NodeKind('dashboard', 'dashboard', 'dashboard', {PORT: 0}),
-    NodeKind('mentor of the dashboard', 'dashboard', 'mentor', {PORT: 0}),
+    NodeKind('dashboard', 'dashboard', 'dashboard', {PORT: 0, TEACH: 'true'}),
+    NodeKind('mentor of the dashboard', 'dashboard', 'mentor',
+             {PORT: 0, TEACH: 'true'}),
     NodeKind('record', 'record', 'record', {BAG: '{folder}/bag'}),
     NodeKind('fault_injector', 'fault_injector', 'fault_injector'),
 )
