@@ -157,8 +157,9 @@ def test_a_table_of_another_map_or_mentor_of_the_same_name_is_an_error(capsys):
         'optimal', "'file:mine.txt'").replace('SEEDS', '2').replace('ITERATIONS', '2'))
     subprocess.run([*START, 'a.yaml'], check=True)
     before = Path('runs/a.csv').read_text()
-    for name, content, what in (('mine.txt', '<<G\n', 'mentor'),
-                                ('mine.yaml', OTHER_MAP.replace('ROW', '.G.'), 'map')):
+    for name, content, what in (('mine.txt', '><G\n', 'mentor'),
+                                ('mine.yaml', OTHER_MAP.replace('ROW', '..G').replace(
+                                    '0.9', '0.8'), 'map')):
         Path(name).write_text(content)
         done = subprocess.run([*START, 'a.yaml'], check=False, capture_output=True, text=True)
         assert done.returncode == 2
