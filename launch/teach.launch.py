@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Start the grid world, the mentor and the learner: `ros2 launch comply_ros teach.launch.py`."""
 
+import atexit
 from collections.abc import Callable
 from pathlib import Path
+import shutil
+import tempfile
 from typing import Any
 
 from ament_index_python import get_package_prefix, PackageNotFoundError
@@ -15,6 +18,7 @@ from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
 
 from comply_ros.nodes.node_help import NODE_PARAMETERS
+from comply_ros.nodes.node_processes import yaml_for_rcl
 
 DEFAULT_FILE = PathJoinSubstitution([FindPackageShare('comply_ros'), 'config', 'teach.yaml'])
 # Name, default and description. An empty value leaves the parameter to the file.
@@ -35,6 +39,8 @@ ARGUMENTS = (
     ('params_file', DEFAULT_FILE, 'parameter file; the arguments above override it'),
     ('state_dir', '', 'folder for the state that the nodes need to continue after a kill'),
     ('respawn', 'false', 'start killed nodes again; with a state_dir nothing is lost'),
+    ('end_when_finished', 'true', 'end all nodes when the learner has learned its last iteration; '
+     'false: they stay, and what was learned can be looked at and saved'),
     ('viewer', 'false', 'publish maps, markers and numbers that RViz and Foxglove show'),
     ('rviz', 'false', 'start RViz and the viewer; needs the package rviz2'),
     ('dashboard', 'false', 'serve the page that shows the run, on http://localhost:8080'),
@@ -50,6 +56,7 @@ CHOICES = {
     'profile': ['', 'report', 'published'],
     'learns': ['', 'true', 'false'],
     'respawn': ['true', 'false'],
+    'end_when_finished': ['true', 'false'],
     'viewer': ['true', 'false'],
     'rviz': ['true', 'false'],
     'dashboard': ['true', 'false'],
@@ -61,22 +68,42 @@ NODES = {
     'grid_world': ('map', 'profile', 'seed', 'rate', 'state_dir'),
     'mentor': ('mentor', 'mentor_seed', 'budget', 'state_dir'),
     'learner': ('method', 'profile', 'seed', 'iterations', 'initial_learning', 'learns',
-                'state_dir'),
+                'state_dir', 'end_when_finished'),
 }
 RENAMED = {'mentor_seed': 'seed'}  # arguments with another name than their parameter
 # Topics that RViz shows; in a namespace they are remapped.
 VIEW_TOPICS = ('map', 'trust', 'values', 'places', 'mentor', 'policy', 'trail', 'robot')
-NOT_TEXT = ('seed', 'mentor_seed', 'budget', 'rate', 'iterations', 'learns')
+NOT_TEXT = ('seed', 'mentor_seed', 'budget', 'rate', 'iterations', 'learns', 'end_when_finished')
 INVALID_ARGUMENTS = 2  # exit code of a node; it would fail again
 
 
-def shut_down_after(name: str, respawns: bool) -> Callable[[ProcessExited, LaunchContext], Any]:
-    """Return the exit handler of a node: shut down, unless the node is started again."""
+class NodeFailed(RuntimeError):
+    """A node that ended with an error; it ends the launch, which then has the exit code 1."""
+
+
+def end_after(name: str, respawns: bool = False, is_needed: bool = True,
+              ) -> Callable[[ProcessExited, LaunchContext], Any]:
+    """
+    Return the exit handler of a node: end the launch, unless the node is started again.
+
+    is_needed: whether the launch ends as well where this node ends without an error.
+    """
     def on_exit(event: ProcessExited, context: LaunchContext) -> Shutdown | None:
-        if context.is_shutdown or (respawns and event.returncode != INVALID_ARGUMENTS):
+        if context.is_shutdown or respawns and event.returncode not in (0, INVALID_ARGUMENTS):
             return None
-        return Shutdown(reason=f'{name} has ended')
+        if event.returncode:  # of a Shutdown, the exit code would be 0
+            raise NodeFailed(f'{name} ended with exit code {event.returncode}')
+        return Shutdown(reason=f'{name} has ended') if is_needed else None
     return on_exit
+
+
+def write_texts(name: str, texts: dict[str, str]) -> str:
+    """Write a parameter file with texts in quotes, which launch_ros omits; return its path."""
+    folder = Path(tempfile.mkdtemp(prefix='comply_ros_'))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    path = folder / f'{name}.yaml'
+    path.write_text(yaml_for_rcl({f'/**/{name}': {'ros__parameters': texts}}))
+    return str(path)
 
 
 def nodes(context: LaunchContext) -> list[Node]:
@@ -86,15 +113,17 @@ def nodes(context: LaunchContext) -> list[Node]:
         raise ValueError(f'params_file must be a file, got {given["params_file"]!r}')
     respawns, started = given['respawn'] == 'true', []
     for name, arguments in NODES.items():
+        names = [each for each in arguments if given[each]]
         values = {RENAMED.get(each, each): ParameterValue(
-            LaunchConfiguration(each), value_type=None if each in NOT_TEXT else str)
-            for each in arguments if given[each]}
+            LaunchConfiguration(each), value_type=None) for each in names if each in NOT_TEXT}
+        texts = {each: given[each] for each in names if each not in NOT_TEXT}
+        files = [given['params_file'], *([write_texts(name, texts)] if texts else [])]
         started.append(Node(
             package='comply_ros', executable=name, name=name, namespace=given['namespace'],
-            parameters=[given['params_file'], values],  # the file first, so that arguments win
+            parameters=[*files, values],  # the file first, so that arguments win
             arguments=['--ros-args', '--enclave', f'/{name}', '--log-level', given['log_level']],
             output='screen', emulate_tty=True, respawn=respawns, respawn_delay=0.5,
-            on_exit=shut_down_after(name, respawns)))
+            on_exit=end_after(name, respawns)))
     return [*started, *viewers(given), *observers(given)]
 
 
@@ -105,6 +134,7 @@ def viewers(given: dict[str, str]) -> list[Node]:
         started.append(Node(
             package='comply_ros', executable='viewer', name='viewer', namespace=namespace,
             parameters=[given['params_file']], output='screen', emulate_tty=True,
+            on_exit=end_after('viewer', is_needed=False),
             arguments=['--ros-args', '--enclave', '/viewer', '--log-level', given['log_level']]))
     if given['rviz'] == 'true':
         check_rviz()

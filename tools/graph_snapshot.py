@@ -18,8 +18,8 @@ from rclpy.parameter import parameter_value_to_python
 from rclpy.signals import SignalHandlerOptions
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
-from comply_ros.nodes.node_processes import ended_with_block, NodeProcess
-from comply_ros.nodes.parameters import ADVISING, BAG, BUDGET, Parameter, PORT
+from comply_ros.nodes.node_processes import ended_with_block, NodeProcess, parameter_arguments
+from comply_ros.nodes.parameters import ADVISING, BAG, BUDGET, Parameter, PORT, TEACH
 from comply_ros.nodes.ros_start import start_rclpy
 from comply_ros.terminal.standard_output import standard_output
 from tools.interfaces_markdown import Endpoint, NodeInterfaces, NodeKind, pages_of
@@ -44,8 +44,9 @@ NODE_KINDS = (
              'with a `budget` and `advising:=mistakes`'),
     NodeKind('learner', 'learner', 'learner'),
     NodeKind('viewer', 'viewer', 'viewer'),
-    NodeKind('dashboard', 'dashboard', 'dashboard', {PORT: 0}),
-    NodeKind('mentor of the dashboard', 'dashboard', 'mentor', {PORT: 0}),
+    NodeKind('dashboard', 'dashboard', 'dashboard', {PORT: 0, TEACH: 'true'}),
+    NodeKind('mentor of the dashboard', 'dashboard', 'mentor',
+             {PORT: 0, TEACH: 'true'}),
     NodeKind('record', 'record', 'record', {BAG: '{folder}/bag'}),
     NodeKind('fault_injector', 'fault_injector', 'fault_injector'),
 )
@@ -88,9 +89,10 @@ def running(kinds: Sequence[NodeKind]) -> Generator[list[tuple[NodeKind, str]]]:
             for kind, namespace in namespaces:
                 place = Path(folder) / namespace.strip('/')
                 place.mkdir()
-                arguments = ['-r', f'__ns:={namespace}']
-                for parameter, value in kind.parameters.items():
-                    arguments += ['-p', f'{parameter.name}:={str(value).format(folder=place)}']
+                parameters = {
+                    each.name: value.format(folder=place) if isinstance(value, str) else value
+                    for each, value in kind.parameters.items()}
+                arguments = ['-r', f'__ns:={namespace}', *parameter_arguments(parameters)]
                 started.append(NodeProcess(kind.executable, arguments, place))
             _wait_until_ready(started)
             yield namespaces

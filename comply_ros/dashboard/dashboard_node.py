@@ -3,6 +3,7 @@
 
 import copy
 from functools import partial
+import os
 import time
 from typing import Any, NamedTuple
 
@@ -17,7 +18,8 @@ from comply_ros.dashboard.remote_parameters import RemoteParameter, RemoteParame
 from comply_ros.dashboard.service_client import ServiceCallError, ServiceClient
 from comply_ros.learner.learner_config import CONFIG_FIELDS
 from comply_ros.nodes import parameters, topics
-from comply_ros.nodes.diagnostics import TOPIC
+from comply_ros.nodes.diagnostics import process_name, TOPIC
+from comply_ros.nodes.node_processes import NodeProcess
 from comply_ros.protocol.run_view import RunReports, RunView
 from comply_ros.world.mdp import World
 
@@ -25,6 +27,7 @@ PERIOD = 0.1  # seconds between two updates of the page's state
 MAX_CALLBACKS = 60  # in one update
 MAX_IDLE_CALLBACKS = 8  # in a row that bring no report: then an update has received enough
 EXPECTED_NODES = ('grid_world', 'mentor', 'learner')
+MENTOR = 'mentor'
 LOST_AFTER = 3.5  # seconds without a status after which a node counts as lost
 PAUSE, STEP, RESET, RESET_LEARNER = (
     'grid_world/pause', 'grid_world/step', 'grid_world/reset', 'learner/reset')
@@ -65,6 +68,8 @@ class PageState(NamedTuple):
     parameters: dict[str, dict[str, RemoteParameter]] = {}  # by node, then by parameter
     time: float = 0.0  # of this state, by the steady clock
     start_time: float = 0.0  # of the dashboard
+    other_mentors: int = 0  # that are heard, besides the one of the page
+    ended: dict[str, str] = {}  # of the nodes that the demo has started: how they ended, by name
 
     def silence(self, name: str) -> float | None:
         """Seconds since the last status of a node; None where there was none."""
@@ -80,6 +85,28 @@ class PageState(NamedTuple):
         """Whether the world reports that it is paused."""
         return self.is_alive('grid_world') and self.nodes['grid_world'].message.startswith(
             'is paused')
+
+
+class MentorsHeard:
+    """The processes that send statuses of a mentor; a killed one is not heard any more."""
+
+    def __init__(self) -> None:
+        self._first: dict[str, float] = {}  # time of the first status of each
+        self._last: dict[str, float] = {}
+
+    def add(self, process: str) -> None:
+        """Note a status of a mentor in a process."""
+        now = time.monotonic()
+        self._last = {each: last for each, last in self._last.items() if now - last < LOST_AFTER}
+        self._first = {each: self._first[each] for each in self._last}
+        self._first.setdefault(process, now)
+        self._last[process] = now
+
+    def others(self, own: str) -> int:
+        """Return how many processes have been heard since the last one of them came."""
+        newest, now = max(self._first.values(), default=0.0), time.monotonic()
+        return sum(last >= newest and now - last < LOST_AFTER and process != own
+                   for process, last in self._last.items())
 
 
 class DashboardNode(parameters.SafeParameterNode):
@@ -101,6 +128,8 @@ class DashboardNode(parameters.SafeParameterNode):
         self._service_client.add(SetBool, PAUSE)
         for name in (STEP, RESET, RESET_LEARNER):
             self._service_client.add(Trigger, name)
+        self.processes: list[NodeProcess] = []  # started for the page, which tells if they end
+        self._mentors = MentorsHeard()
         self._subscribe_to_all()
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self)
@@ -120,7 +149,29 @@ class DashboardNode(parameters.SafeParameterNode):
         self.page_state = PageState(
             run, self._reference_returns.get(run.world, run.reports.mentor_policy),
             {**self._nodes}, {name: each.current for name, each in
-                              self._remote_parameters.items()}, now, self._start_time)
+                              self._remote_parameters.items()}, now, self._start_time,
+            self.other_mentors(), self._ended())
+
+    def mentor_publishers(self) -> int:
+        """Return how many publishers of recommendations there are."""
+        return self.count_publishers(topics.RECOMMENDATION.name)
+
+    def other_mentors(self) -> int:
+        """Return how many mentors are heard besides the one of this process."""
+        return self._mentors.others(process_name(os.getpid()))
+
+    def start_again(self) -> None:
+        """Start those nodes of the page again that have ended."""
+        for process in self.processes:
+            if process.end_report() is not None:
+                process.start()
+
+    def _ended(self) -> dict[str, str]:
+        reports = {each.name: each.end_report() for each in self.processes}
+        ended = {name: report for name, report in reports.items() if report is not None}
+        for name in ended.keys() - self.page_state.ended.keys():
+            self.get_logger().error(ended[name])
+        return ended
 
     def _receive(self) -> None:
         """Receive reports until there are no more; of states and actions, only the newest."""
@@ -188,6 +239,8 @@ class DashboardNode(parameters.SafeParameterNode):
             name = self._name_here(status.name)
             if not name:
                 continue
+            if name == MENTOR:
+                self._mentors.add(status.hardware_id)
             before = self._nodes.get(name)
             if name in self._remote_parameters and (
                     before is None or before.process != status.hardware_id):

@@ -6,7 +6,13 @@ from typing import Any
 
 from nicegui import ui
 
-from comply_ros.dashboard.dashboard_node import EXPECTED_NODES, LOST_AFTER, PageState
+from comply_ros.dashboard.dashboard_node import (
+    DashboardNode,
+    EXPECTED_NODES,
+    LOST_AFTER,
+    PageState,
+)
+from comply_ros.dashboard.mentor_seat import MentorSeat
 from comply_ros.dashboard.service_client import ServiceCallError
 
 COLOURS = {'running': 'positive', 'paused': 'warning', 'stopped': 'negative'}
@@ -15,7 +21,8 @@ COLOURS = {'running': 'positive', 'paused': 'warning', 'stopped': 'negative'}
 class HeaderBar:
     """Title, state of the run, and an alarm that names missing nodes."""
 
-    def __init__(self) -> None:
+    def __init__(self, node: DashboardNode, seat: MentorSeat) -> None:
+        self._seat = seat
         with ui.row().classes('w-full items-center gap-3 no-wrap'):
             ui.label('comply_ros').classes('text-lg font-semibold')
             self._world = ui.label().classes('soft grow ellipsis')
@@ -25,6 +32,14 @@ class HeaderBar:
                     not dark_mode.value)).props(
                     'flat round dense color=grey aria-label="light or dark"'):
                 ui.tooltip('light or dark')
+        with ui.row().classes('w-full items-center gap-3') as self._watching:
+            ui.label('Another mentor is heard, and you watch.').classes('grow')
+            with ui.button('Take over', on_click=seat.take_over).props(
+                    'outline dense no-caps padding="4px 10px" data-testid=take-over'):
+                ui.tooltip('be a mentor too; end the other one, or the learner uses the advice of '
+                           'both')
+        self._start_again = ui.button('Start it again', on_click=node.start_again).props(
+            'outline no-caps color=negative data-testid=start-again')
         self._alarm = ui.label().classes('alarm').props('role=alert data-testid=alarm')
 
     def show(self, state: PageState) -> None:
@@ -34,7 +49,10 @@ class HeaderBar:
             f'{world.name}, {world.width} x {world.height}, run {world.run}')
         self._run_state.text = text = run_state_text(state)
         self._run_state.props(f'color={COLOURS.get(text, "grey")}')
-        self._alarm.text = alarm_text(state)
+        mentors = state.other_mentors + (self._seat.thread is not None)
+        self._alarm.text = alarm_text(state, mentors)
+        self._watching.visible = self._seat.thread is None and bool(state.other_mentors)
+        self._start_again.visible = bool(state.ended)
         self._alarm.visible = bool(self._alarm.text)
 
 
@@ -50,10 +68,15 @@ def run_state_text(state: PageState) -> str:
     return 'finished' if progress and progress.finished else 'running'
 
 
-def alarm_text(state: PageState) -> str:
-    """Sentences on the nodes that are lost or missing; '' where there are none."""
-    sentences = []
+def alarm_text(state: PageState, mentors: int = 1) -> str:
+    """Sentences on nodes that ended, are lost or missing, and on mentors; '' without any."""
+    sentences = [f'{report}\n' for report in state.ended.values()]
+    if mentors > 1:
+        sentences.append(f'{mentors} mentors speak: the learner uses the advice of all, and the '
+                         'same options need not give the same bits. End all but one.')
     for name in EXPECTED_NODES:
+        if name in state.ended:
+            continue
         silence = state.silence(name)
         just_started = silence is None and state.time - state.start_time < LOST_AFTER
         if not state.is_alive(name) and not just_started:

@@ -13,7 +13,7 @@ from comply_ros.dashboard.grid_panel import GridPanel
 from comply_ros.dashboard.header_bar import HeaderBar
 from comply_ros.dashboard.health_panel import HealthPanel
 from comply_ros.dashboard.mentor_panel import MentorPanel
-from comply_ros.dashboard.mentor_thread import MentorThread
+from comply_ros.dashboard.mentor_seat import MentorSeat
 from comply_ros.dashboard.parameters_panel import ParametersPanel
 from comply_ros.plots.trust_colors import trust_color
 
@@ -54,6 +54,7 @@ body { background: var(--page); color: var(--ink); } .nicegui-content { padding:
 @keyframes waits { from { opacity: 0.15; } to { opacity: 1; } }
 .alarm { width: 100%; padding: 8px 14px; border-radius: 10px; font-weight: 500;
          background: #fbe3dc; color: #8a1f09; }
+.alarm { white-space: pre-wrap; overflow-wrap: anywhere; }
 .body--dark .alarm { background: #43190f; color: #ffb9a7; }
 .scale { height: 8px; width: 110px; border-radius: 4px; background: linear-gradient(
          90deg, var(--q-negative), var(--q-warning), var(--q-positive)); }
@@ -73,13 +74,14 @@ body { background: var(--page); color: var(--ink); } .nicegui-content { padding:
 """
 
 
-def build_page(node: DashboardNode, mentor_thread: MentorThread | None) -> None:
-    """Build the page for one visitor; mentor_thread: None where nobody can be the mentor here."""
+def build_page(node: DashboardNode, seat: MentorSeat) -> None:
+    """Build the page for one visitor, who is the mentor while `seat` has one."""
+    mentor_thread = seat.thread
     ui.add_css(CSS)
     ui.colors(primary='#0072B2', positive=trust_color(1.0), negative=trust_color(0.0),
               warning=trust_color(0.5))
     with ui.column().classes('frame'):
-        panels: list[Any] = [HeaderBar()]
+        panels: list[Any] = [HeaderBar(node, seat)]
         with ui.element('div').classes('columns'):
             with ui.column().classes('side'):
                 grid = GridPanel(mentor_thread)
@@ -95,6 +97,9 @@ def build_page(node: DashboardNode, mentor_thread: MentorThread | None) -> None:
 
     async def renew() -> None:
         while True:  # until the page is closed, which cancels this
+            if seat.thread is not mentor_thread:
+                ui.navigate.reload()  # with the tools of a mentor, or without
+                return
             try:
                 show()
             except Exception as error:  # noqa: BLE001 - it is logged, and the page goes on

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The executable `dashboard`: ROS in the main thread, the page in one, the mentor in another."""
 
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from contextlib import contextmanager, ExitStack
+from functools import partial
 from importlib.util import find_spec
 import re
 import secrets
@@ -14,10 +15,10 @@ import rclpy
 
 from comply_ros.dashboard.access_control import AccessControl, LOCAL_HOSTS, MIN_TOKEN_LENGTH
 from comply_ros.dashboard.dashboard_node import DashboardNode
-from comply_ros.dashboard.mentor_thread import MentorThread
+from comply_ros.dashboard.mentor_seat import MentorSeat
 from comply_ros.mentor.mentor_policies import MentorError
 from comply_ros.mentor.policy_text import PolicyError
-from comply_ros.nodes.human_mentor import HumanMentorNode
+from comply_ros.nodes.node_processes import NodeProcess
 from comply_ros.nodes.parameters import ParameterError
 from comply_ros.nodes.spin import run_node
 from comply_ros.storage.state_store import StateError
@@ -28,30 +29,35 @@ START_TIMEOUT = 30.0  # seconds that the server has to start
 RECONNECT_TIMEOUT = 20.0  # seconds that a browser may be away, or slow, and keeps its page
 
 
-def main(argv: list[str]) -> int:
-    """Run the dashboard; return the exit code."""
+def main(argv: list[str], processes: Sequence[NodeProcess] = ()) -> int:
+    """
+    Run the dashboard; return the exit code.
+
+    processes: nodes that were started for it; the page tells if one ends.
+    """
     return run_node(DashboardNode, argv, (ParameterError, MentorError, PolicyError, PlanningError,
-                                          StateError), spin=spin_with_page)
+                                          StateError),
+                    spin=partial(spin_with_page, processes=processes))
 
 
-def spin_with_page(node: DashboardNode, stop: StopFlag) -> None:
+def spin_with_page(node: DashboardNode, stop: StopFlag,
+                   processes: Sequence[NodeProcess] = ()) -> None:
     """Serve the page and update its state until there is a Ctrl-C or an error."""
     with ExitStack() as stack:
         stack.callback(node.close)
+        node.processes.extend(processes)
         if find_spec('nicegui') is None:  # no ROS installation brings it
             raise ParameterError('the page needs the Python package nicegui, and it is not '
                                  'installed: requirements/python.txt names the version')
         token = checked_token(node.address, node.token)
         listening = stack.enter_context(listen(node.address, node.port))
-        mentor_thread = MentorThread(HumanMentorNode()) if node.teach else None
-        if mentor_thread:
-            stack.enter_context(mentor_thread.running())
-        stack.enter_context(serving(node, mentor_thread, listening, token))
+        seat = MentorSeat(node)
+        stack.enter_context(seat.open())
+        stack.enter_context(serving(node, seat, listening, token))
         node.get_logger().info(f'ready: {page_url(node.address, listening, token)}')
         while rclpy.ok() and not stop.is_set():
             node.update()
-            if mentor_thread and mentor_thread.error:
-                raise mentor_thread.error
+            seat.update()
 
 
 def checked_token(address: str, token: str) -> str:
@@ -86,7 +92,7 @@ def page_url(address: str, listening: socket.socket, token: str) -> str:
 
 
 @contextmanager
-def serving(node: DashboardNode, mentor_thread: MentorThread | None, listening: socket.socket,
+def serving(node: DashboardNode, seat: MentorSeat, listening: socket.socket,
             token: str) -> Generator[None]:
     """Serve the page in a thread while the block runs."""
     import fastapi
@@ -95,7 +101,7 @@ def serving(node: DashboardNode, mentor_thread: MentorThread | None, listening: 
 
     from comply_ros.dashboard.page import build_page
     app = fastapi.FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
-    nicegui.ui.page('/', title='comply_ros')(lambda: build_page(node, mentor_thread))
+    nicegui.ui.page('/', title='comply_ros')(lambda: build_page(node, seat))
     nicegui.ui.run_with(app, dark=None, show_welcome_message=False,
                         reconnect_timeout=RECONNECT_TIMEOUT)
     server = uvicorn.Server(uvicorn.Config(AccessControl(app, token), log_level='warning',

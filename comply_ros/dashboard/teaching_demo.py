@@ -11,7 +11,7 @@ from comply_ros.dashboard import server
 from comply_ros.learner.learner_config import ConfigError
 from comply_ros.learner.presets import find_method, METHODS
 from comply_ros.nodes.lesson import check_namespace, lock_topics, namespace_arguments
-from comply_ros.nodes.node_processes import run_nodes
+from comply_ros.nodes.node_processes import NodeProcess, parameter_arguments, run_nodes
 from comply_ros.nodes.run_monitor import LessonFailed
 from comply_ros.storage.kernel_cache import use_kernel_cache
 from comply_ros.storage.map_files import map_names, read_map
@@ -54,21 +54,23 @@ def run(options: argparse.Namespace) -> int:
     find_method(options.method, 'published')
     print('Open the address below in a browser and paint arrows; Ctrl-C ends the demo.',
           file=sys.stderr)
-    with lock_topics(options.namespace), world_and_learner(options, prepare_folder(options.out)):
-        return server.main(['dashboard', '--ros-args', '-p', f'port:={options.port}',
-                            *namespace_arguments(options.namespace)])
+    with lock_topics(options.namespace), world_and_learner(
+            options, prepare_folder(options.out)) as processes:
+        return server.main(['dashboard', '--ros-args',
+                            *parameter_arguments({'port': options.port}),
+                            *namespace_arguments(options.namespace)], processes)
 
 
 @contextmanager
-def world_and_learner(options: argparse.Namespace, folder: Path) -> Generator[None]:
+def world_and_learner(options: argparse.Namespace, folder: Path) -> Generator[list[NodeProcess]]:
     """Run a world, and a learner that asks its mentor in every step, while the block runs."""
-    parameters = {'grid_world': (f'map:={options.map}', 'rate:=100.0'),
-                  'learner': (f'method:={options.method}', 'iterations:=0',
-                              'remembers_advice:=false', 'map_period:=0.5')}
+    parameters = {'grid_world': {'map': options.map, 'rate': 100.0},
+                  'learner': {'method': options.method, 'iterations': 0,
+                              'remembers_advice': False, 'map_period': 0.5}}
     namespace = namespace_arguments(options.namespace)
-    with run_nodes({name: [*(argument for value in values for argument in ('-p', value)),
-                           *namespace] for name, values in parameters.items()}, folder):
-        yield
+    with run_nodes({name: [*parameter_arguments(values), *namespace]
+                    for name, values in parameters.items()}, folder) as processes:
+        yield processes
 
 
 if __name__ == '__main__':

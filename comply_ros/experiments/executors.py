@@ -4,12 +4,14 @@
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from contextlib import contextmanager
+from functools import lru_cache
 import logging
 from queue import Empty, SimpleQueue
 from typing import Any, NamedTuple
 
 from comply_ros.experiments import training_runs
 from comply_ros.experiments.available_cores import available_cores
+from comply_ros.experiments.shipped_files import files_of, read_file, ShippedFile, unpack, world_of
 from comply_ros.experiments.training_runs import Run
 from comply_ros.storage.kernel_cache import use_kernel_cache
 from comply_ros.terminal.interrupts import check, StopFlag
@@ -52,9 +54,14 @@ def measure(run: Run, stop: StopFlag | None = None) -> dict[str, object] | None:
             'digest': result.digest}
 
 
-def _measure_in_worker(run: Run) -> dict[str, object] | None:
+def _measure_in_worker(run: Run, files: dict[str, ShippedFile],
+                       world: str) -> dict[str, object] | None:
     use_kernel_cache()
-    return measure(run)
+    return measure(unpack(run, files, world))
+
+
+def _same(file: ShippedFile) -> ShippedFile:
+    return file
 
 
 def completed(executor: Executor, jobs: Iterable[tuple[Any, Any]], stop: StopFlag
@@ -123,8 +130,14 @@ def dask_executor(address: str) -> Iterator[Executor]:
     client = _connect(address)
     loop = client.loop.asyncio_loop
 
+    @lru_cache(maxsize=None)
+    def shipped(path: str) -> Any:
+        file = read_file(path)  # once: all runs have the same content, whatever happens to it
+        return client.submit(_same, file, key=f'comply_ros-{file.sha256}{file.suffix}')
+
     def submit(run: Run) -> Future:
-        job = client.submit(_measure_in_worker, run, pure=False)
+        files = {field: shipped(path) for field, path in files_of(run).items()}
+        job = client.submit(_measure_in_worker, run, files, world_of(run), pure=False)
         # Results of runs that end together come in one message.
         return asyncio.run_coroutine_threadsafe(client.gather(job, asynchronous=True), loop)
     try:

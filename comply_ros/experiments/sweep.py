@@ -2,8 +2,9 @@
 """`sweep`: methods x mentors x settings x seeds of a file, in parallel, into one tidy table."""
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
+from math import isclose
 from pathlib import Path
 import sys
 
@@ -12,7 +13,9 @@ from comply_ros.experiments.csv_table import CsvTable, TableError
 from comply_ros.experiments.executors import ClusterError, Executor
 from comply_ros.experiments.sweep_grid import Sweep
 from comply_ros.experiments.sweep_yaml import read_sweep, SweepFileError
+from comply_ros.experiments.training_runs import mentor_return, reference_returns_of, Run
 from comply_ros.learner.learner_config import ConfigError
+from comply_ros.mentor.mentor_policies import FROM_FILES, parse_mentor_spec
 from comply_ros.storage.file_system import printable, reason_of
 from comply_ros.terminal.command_line import CommandParser, whole_number
 from comply_ros.terminal.console import console, progress_bar
@@ -95,8 +98,21 @@ def finished_runs(sweep: Sweep, table: CsvTable) -> set[int]:
             values = ', '.join(texts[name] for name in sweep.axes)
             raise TableError(f'{table.path}, line {line}: every run of the table must be one of '
                              f'the sweep, got {values}: choose another --out')
+        _check_returns(sweep.run(number), texts, f'{table.path}, line {line}')
         done.add(number)
     return done
+
+
+def _check_returns(run: Run, texts: Mapping[str, str], place: str) -> None:
+    """Raise TableError if a run of a table was with another map or mentor of the same name."""
+    expected = {'map': ('optimal_return', reference_returns_of(run).optimal_return)}
+    if parse_mentor_spec(run.mentor).kind in FROM_FILES:  # others are what their names say
+        expected['mentor'] = 'mentor_return', mentor_return(run)
+    for what, (column, value) in expected.items():
+        if value is not None and not isclose(float(texts[column] or 'nan'), value, rel_tol=1e-9):
+            raise TableError(f'{place}: the {what} of a run must be that of the sweep, with a '
+                             f'{column} of {value:g}, got {texts[column]}: the file was changed; '
+                             'choose another --out')
 
 
 def _fill(table: CsvTable, sweep: Sweep, done: set[int], executor: Executor,

@@ -22,6 +22,7 @@ from comply_ros.nodes.cost_throttle import CostThrottle
 from comply_ros.nodes.parameters import (
     ADVICE_TIMEOUT,
     config_parameters,
+    END_WHEN_FINISHED,
     INITIAL_LEARNING,
     MAP_PERIOD,
     METHOD,
@@ -86,6 +87,7 @@ class LearnerNode(ProtocolNode):
         self._timeout, self._pace_clock = self.declare(ADVICE_TIMEOUT), PaceClock(self)
         self._waiting_since: tuple[StateReward | None, float] = None, 0.0
         self._hears_mentor = False
+        self._ends, self._finished_ticks = self.declare(END_WHEN_FINISHED), 0
         self._timeout_timer: PaceTimer | None = None
         self._load({'method': name, 'learns': config.learns, **asdict(config), 'seed': seed,
                     'remembers_advice': remembers})
@@ -121,8 +123,14 @@ class LearnerNode(ProtocolNode):
         """Return outputs for a world, and for a state of it that came before."""
         return self._in_its_world(lambda: self.machine.on_world(msg))
 
+    @property
+    def has_ended(self) -> bool:
+        """Whether the node has finished, has told so on /diagnostics, and shall end then."""
+        return self._ends and self._finished_ticks > 1
+
     def tick(self) -> Outputs:
         """Return the outputs that are due once a second."""
+        self._finished_ticks += self.machine.finished
         return self._in_its_world(super().tick)
 
     def reset(self, request: Any, response: Any) -> Any:

@@ -21,17 +21,24 @@ from rclpy.exceptions import NameValidationException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.validate_full_topic_name import validate_full_topic_name
 from rclpy.validate_namespace import validate_namespace
-import yaml
 
 from comply_ros.learner.learner_config import ConfigError
 from comply_ros.mentor.mentor_policies import FROM_FILES
-from comply_ros.nodes.node_processes import NodeDied, NodeProcess, run_nodes
+from comply_ros.nodes.node_processes import (
+    NodeDied,
+    NodeProcess,
+    parameter_arguments,
+    run_nodes,
+    yaml_for_rcl,
+)
 from comply_ros.nodes.parameters import FASTEST, SLOWEST
 from comply_ros.nodes.ros_start import RosStartError, start_rclpy
 from comply_ros.nodes.run_monitor import LessonFailed, RunMonitor
 from comply_ros.nodes.spin import POLL_PERIOD
 from comply_ros.nodes.topics import ANOTHER
 from comply_ros.storage.learning_file import read_learning
+from comply_ros.storage.map_files import map_names
+from comply_ros.storage.mentor_cache import mentor_policy
 from comply_ros.terminal.command_line import real_number
 from comply_ros.terminal.interrupts import check, interrupts, StopFlag
 from comply_ros.terminal.training_options import (
@@ -49,6 +56,8 @@ STATE = 'state'  # folder in that of the results, for the checkpoints of `--resp
 SAVE_TIMEOUT = 10.0  # seconds after which a learner that does not answer is asked again to save
 DISCOVERY = 0.5  # seconds in which most other nodes on the same topics are found
 DISCOVERY_WITH_RESPAWN = 1.0  # as long, where those that are found later are not known as others
+OTHER_MENTORS = ('another mentor speaks: the learner uses the advice of both, and the same '
+                 'options need not give the same bits')
 TAKEN = ('other nodes publish on the topics of this lesson: end them, or give this one a '
          '--namespace of its own')
 
@@ -145,6 +154,8 @@ def _start_and_watch(options, monitor, discovered, stop, disturbance):
         while (remaining := discovered - time.monotonic()) > 0.0 or not plan.done():
             executor.spin_once(timeout_sec=min(POLL_PERIOD, max(0.01, remaining)))
             check(stop)
+            for process in monitor.processes:
+                process.check()
             if monitor.most_publishers() > 0:
                 raise LessonFailed(TAKEN)
         reference = plan.result()
@@ -153,7 +164,9 @@ def _start_and_watch(options, monitor, discovered, stop, disturbance):
             process.release()
         with disturbance(monitor.processes):
             advice, outcome = watch(options, monitor, executor, stop,
-                                    lambda text: bar.update(task, now=text))
+                                    lambda text: bar.update(task, now=text),
+                                    lambda text: bar.console.print(text, soft_wrap=True,
+                                                                   markup=False))
     policy = read_learning(options.out / 'learning.npz').policy
     return reference, advice, {**outcome, 'policy_return': reference.return_of(policy)}
 
@@ -182,7 +195,7 @@ def running(options: TrainingOptions, held: bool = False,
     shutil.rmtree(options.out / STATE, ignore_errors=True)  # of an earlier lesson
     arguments += namespace_arguments(options.args.namespace)
     if options.args.rate:
-        arguments += ['-p', f'rate:={options.args.rate!r}']
+        arguments += parameter_arguments({'rate': options.args.rate})
     return run_nodes(dict.fromkeys(NODES, arguments), options.out, held)
 
 
@@ -204,17 +217,18 @@ def write_parameters(options: TrainingOptions) -> Path:
     path = options.out / 'parameters.yaml'
     table = {f'/**/{name}': {'ros__parameters': values} for name, values in parameters.items()}
     path.write_text('# What this lesson was run with: --ros-args --params-file parameters.yaml\n'
-                    + yaml.safe_dump(table, sort_keys=False))
+                    + yaml_for_rcl(table), encoding='utf-8')
     return path
 
 
 def _absolute(name: str) -> str:
     """Return a path that holds in any folder; the name of a map of the package stays."""
-    return str(Path(name).expanduser().resolve()) if Path(name).suffix else name
+    return name if name in map_names() else str(Path(name).expanduser().resolve())
 
 
 def watch(options: TrainingOptions, monitor: RunMonitor, executor: SingleThreadedExecutor,
-          stop: StopFlag, show: Callable[[str], Any]) -> tuple[NDArray[np.int8], dict[str, Any]]:
+          stop: StopFlag, show: Callable[[str], Any],
+          show_line: Callable[[str], Any]) -> tuple[NDArray[np.int8], dict[str, Any]]:
     """Return the mentor's advice and the outcome, when the learner has finished and saved."""
     def spin_until(is_reached: Callable[[], bool]) -> None:
         while not is_reached():
@@ -227,9 +241,18 @@ def watch(options: TrainingOptions, monitor: RunMonitor, executor: SingleThreade
                 elif process.respawn():
                     show(f'{process.name} was killed and starts again')
             executor.spin_once(timeout_sec=POLL_PERIOD)
+            note_other_mentors()
             if monitor.unwell:
                 show('; '.join(monitor.unwell.values()))
 
+    def note_other_mentors() -> None:
+        nonlocal others
+        found = monitor.other_mentors(options.args.respawn) if needs_mentor else 0
+        if found > 0 and not others:
+            show_line(f'lesson: {OTHER_MENTORS}')
+        others = max(others, found)
+
+    others, needs_mentor = 0, options.config.needs_mentor()
     spin_until(lambda: monitor.finished)
     seconds, response = monitor.seconds(), None
     while response is None or response.message.startswith(ANOTHER):  # of another learner
@@ -239,6 +262,9 @@ def watch(options: TrainingOptions, monitor: RunMonitor, executor: SingleThreade
         response = future.result()
     if not response.success:
         raise LessonFailed(f'the learner could not save: {response.message}')
-    return monitor.advice, {
+    advice = monitor.advice if not others else mentor_policy(
+        options.spec, World(options.grid), options.mentor_seed)  # any of them may have published
+    return advice, {
         'seed': options.seed, 'returns': [msg.mean_return for msg in monitor.progress],
-        'steps': monitor.progress[-1].steps, 'wall_seconds': seconds, 'digest': response.digest}
+        'steps': monitor.progress[-1].steps, 'wall_seconds': seconds, 'digest': response.digest,
+        'other_mentors': others}

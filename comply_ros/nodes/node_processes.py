@@ -9,6 +9,9 @@ import signal
 import subprocess
 import sys
 import time
+from typing import Any
+
+import yaml
 
 from comply_ros.nodes.spin import HOLD
 from comply_ros.terminal.interrupts import stops
@@ -19,6 +22,26 @@ CHILD = ('from comply_ros.terminal.interrupts import end_with_parent; end_with_p
 LAST_LINES = 12
 END_TIMEOUT = 5.0  # seconds that a node has to end after Ctrl-C
 MAX_STARTS, START_WINDOW = 20, 10.0  # starts in so many seconds; more are a defect, not kills
+
+
+class _QuotingDumper(yaml.SafeDumper):
+    """Puts every text into quotes: rcl reads 1e3 as a number, and what follows ' #' not at all."""
+
+
+_QuotingDumper.add_representer(str, lambda dumper, text: dumper.represent_scalar(
+    'tag:yaml.org,2002:str', text, style='"'))
+
+
+def yaml_for_rcl(value: Any) -> str:
+    """Return a value as YAML in which rcl finds the same value, whatever its texts contain."""
+    text = yaml.dump(value, Dumper=_QuotingDumper, sort_keys=False, width=float('inf'))
+    return text.removesuffix('...\n')
+
+
+def parameter_arguments(parameters: Mapping[str, Any]) -> list[str]:
+    """Return the ROS arguments that set parameters, `-p NAME:=VALUE` for each."""
+    return [argument for name, value in parameters.items()
+            for argument in ('-p', f'{name}:={yaml_for_rcl(value).strip()}')]
 
 
 class NodeDied(RuntimeError):
@@ -41,6 +64,7 @@ class NodeProcess:
     def __init__(self, name: str, arguments: Sequence[str], folder: Path | str,
                  held: bool = False) -> None:
         self.name, self.log = name, Path(folder) / f'{name}.log'
+        self.pids: list[int] = []  # of all its processes, the last one that of now
         self._arguments, self._starts = arguments, []
         self.log.write_bytes(b'')
         self.start(held)
@@ -55,6 +79,7 @@ class NodeProcess:
                 stdin=subprocess.PIPE if held else subprocess.DEVNULL, stdout=output,
                 stderr=subprocess.STDOUT, env={**os.environ, HOLD: '1'} if held else None,
                 start_new_session=True)  # Ctrl-C is for the lesson, which then ends its nodes
+        self.pids.append(self._process.pid)
 
     def release(self) -> None:
         """Let a held process make its node."""
@@ -68,12 +93,19 @@ class NodeProcess:
         """Process id."""
         return self._process.pid
 
+    def end_report(self) -> str | None:
+        """Return how the node ended, with its last lines; None while it runs."""
+        code = self._process.poll()
+        if code is None:
+            return None
+        how = f'exit code {code}' if code >= 0 else f'signal {signal.Signals(-code).name}'
+        return f'{self.name} ended with {how}; its last lines:\n{self.last_lines()}'
+
     def check(self) -> None:
         """Return if the node runs; raises NodeDied."""
-        code = self._process.poll()
-        if code is not None:
-            how = f'exit code {code}' if code >= 0 else f'signal {signal.Signals(-code).name}'
-            raise NodeDied(f'{self.name} ended with {how}; its last lines:\n{self.last_lines()}')
+        report = self.end_report()
+        if report is not None:
+            raise NodeDied(report)
 
     def respawn(self) -> bool:
         """

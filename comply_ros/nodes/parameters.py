@@ -106,6 +106,9 @@ INITIAL_LEARNING = Parameter(
     'initial_learning', '', 'File that a learner has saved (learning.npz), of the same world: '
     'begin with its values and beliefs. It is no checkpoint: schedules, counts and random numbers '
     'begin anew. A checkpoint in state_dir counts more; empty: begin with nothing')
+END_WHEN_FINISHED = Parameter(
+    'end_when_finished', False, 'Whether the learner ends, with exit code 0, when it has learned '
+    'its last iteration; else it stays, and what it learned can be asked for and saved')
 STATE_DIR = Parameter(
     'state_dir', '', 'Folder for the checkpoint and journal with which the node goes on after a '
     'kill as if nothing had happened; empty: nothing is stored')
@@ -142,8 +145,9 @@ TOKEN = Parameter(
     'token', '', 'What a browser has to present before it sees the page; empty: nothing on '
     'localhost, elsewhere a token is generated and printed')
 TEACH = Parameter(
-    'teach', True, 'Whether a person teaches on the page, as the node mentor; false: the page '
-    'only watches')
+    'teach', 'auto', 'Whether a person teaches on the page, as the node mentor: true, false (the '
+    'page only watches) or auto (it watches while another mentor is heard, and offers to take '
+    'over)', choices=('auto', 'true', 'false'))
 FAULTS = tuple(_from_metadata(field.name, field.default, field.metadata, read_only=True)
                for field in fields(Faults))
 ROS_PARAMETERS = (  # of every node, declared by rclpy
@@ -201,6 +205,9 @@ class SafeParameterNode(Node):
     def _declare(self, parameter: Parameter) -> RosParameter:
         """Declare a parameter in rclpy; one that is a double may be given as an integer."""
         given = self._override(parameter)
+        if type(given) is bool and str(given).lower() in (parameter.choices or ()):
+            return self.declare_parameter(parameter.name, str(given).lower(),
+                                          descriptor(parameter), ignore_override=True)
         if type(parameter.default) is float and type(given) is int:
             return self.declare_parameter(parameter.name, float(given), descriptor(parameter),
                                           ignore_override=True)

@@ -8,7 +8,7 @@ import time
 from typing import Any
 
 from comply_msgs.srv import Save
-from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 import numpy as np
 from numpy.typing import NDArray
 from rclpy.task import Future
@@ -17,7 +17,15 @@ from comply_ros.nodes.clocks import steady_timer
 from comply_ros.nodes.diagnostics import INACTIVE, OK, process_name, TOPIC
 from comply_ros.nodes.node_processes import NodeProcess
 from comply_ros.nodes.parameters import SafeParameterNode
-from comply_ros.nodes.topics import decoder, MENTOR_POLICY, PROGRESS, SAVE, Topic, WORLD
+from comply_ros.nodes.topics import (
+    decoder,
+    MENTOR_POLICY,
+    PROGRESS,
+    RECOMMENDATION,
+    SAVE,
+    Topic,
+    WORLD,
+)
 from comply_ros.protocol.messages import (
     grid_from_description,
     Policy,
@@ -33,6 +41,7 @@ RATE_ITERATIONS = 20  # over which the steps per second are measured
 RATE_SECONDS = 0.2  # that they must have taken together
 MAX_STATUS_LENGTH = 80  # characters of a node's status that are shown
 MAX_RUNS = 8  # that are remembered before it is known which one is that of the lesson
+MENTOR = 'mentor'  # name of the node
 STALE = 5.0  # seconds without a report, after which latched ones are requested again
 
 
@@ -54,6 +63,7 @@ class RunMonitor(SafeParameterNode):
         self.on_progress: Callable[[Progress], Any] = lambda msg: None  # called with each
         self.processes: list[NodeProcess] = []  # whose health is read
         self.unwell: dict[str, str] = {}  # what those that are not well say, by name
+        self._other_mentors: set[str] = set()  # processes of other mentors, as they were heard
         self._world = World(grid)
         self._run: int | None = None
         # By run: what is known of those whose world fits, or whose world may still come, and the
@@ -102,6 +112,22 @@ class RunMonitor(SafeParameterNode):
     def most_publishers(self) -> int:
         """Return the largest number of publishers on a topic of a lesson."""
         return max(self.count_publishers(topic.name) for topic in (WORLD, PROGRESS))
+
+    def other_mentors(self, respawns: bool) -> int:
+        """
+        Return how many mentors besides that of the lesson have been heard.
+
+        respawns: whether publishers do not count: those of a killed node are seen for a while.
+        """
+        publishers = 0 if respawns else self.count_publishers(RECOMMENDATION.name) - 1
+        return max(publishers, len(self._other_mentors))
+
+    def _note_mentor(self, status: DiagnosticStatus) -> None:
+        """Remember a status of another node `mentor` in the namespace of the lesson."""
+        own = {process_name(pid) for process in self.processes for pid in process.pids}
+        name = f'{self.get_namespace()}/{MENTOR}'.lstrip('/')
+        if status.name == name and status.hardware_id not in own:
+            self._other_mentors.add(status.hardware_id)
 
     def _subscribe(self, topic: Topic, receive: Callable[[Any], None]) -> None:
         """Subscribe; where that was done before, latched messages come once more."""
@@ -167,6 +193,7 @@ class RunMonitor(SafeParameterNode):
         """Remember what nodes that are not well say; raises LessonFailed if one is inactive."""
         names = {process_name(process.pid): process.name for process in self.processes}
         for status in msg.status:
+            self._note_mentor(status)
             name = names.get(status.hardware_id)
             if name is None:
                 continue

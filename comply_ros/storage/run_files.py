@@ -44,7 +44,7 @@ def prepare_folder(path: str | Path) -> Path:
 
 def summarize(training: TrainingSpec, reference: ReferenceReturns, mentor_return: float | None, *,
               seed: int, returns: list[float], steps: int, wall_seconds: float,
-              digest: str, policy_return: float) -> dict[str, Any]:
+              digest: str, policy_return: float, other_mentors: int = 0) -> dict[str, Any]:
     """
     One training as the table that `summary.json` holds; nothing in it is infinite or nan.
 
@@ -52,6 +52,7 @@ def summarize(training: TrainingSpec, reference: ReferenceReturns, mentor_return
     returns: mean return of each iteration; convergence, ratio and regret are of those that learn.
     digest: of the learner's arrays.
     policy_return: exact expected return of the policy that was learned.
+    other_mentors: how many mentors, besides that of the training, have advised the learner too.
     """
     counted = returns[training.config.measuring_iterations:]
     threshold = metrics.threshold(training.profile, reference.optimal_return)
@@ -71,7 +72,8 @@ def summarize(training: TrainingSpec, reference: ReferenceReturns, mentor_return
         'convergence_threshold': threshold, 'time_to_convergence': convergence,
         'reward_ratio': metrics.reward_ratio(counted, convergence, reference.optimal_return),
         'regret': metrics.regret(counted, reference.optimal_return),
-        'final_return': returns[-1], 'policy_return': policy_return, 'digest': digest}
+        'final_return': returns[-1], 'policy_return': policy_return, 'digest': digest,
+        'other_mentors': other_mentors}
 
 
 def write_json(path: Path, table: dict[str, Any]) -> Path:

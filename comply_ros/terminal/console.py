@@ -178,4 +178,6 @@ def _rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
            f'of {counted} iterations {rule} {summary["convergence_threshold"]:.2f}')
     yield ('steps', f'{summary["steps"]:,}',
            f'{summary["steps_per_second"]:,.0f} a second, {summary["wall_seconds"]:.1f} s')
-    yield 'digest', summary['digest'][:16], 'the same options give the same bits'
+    others = summary['other_mentors']
+    yield 'digest', summary['digest'][:16], 'the same options give the same bits' if not others \
+        else f'{1 + others} mentors spoke: the same options need not give the same bits'

@@ -15,6 +15,7 @@ import pytest
 from waiting import DEADLINE
 
 from comply_ros.experiments import sweep
+from comply_ros.experiments.in_process import train
 from comply_ros.experiments.training_runs import learn, Run
 
 FILE = """
@@ -149,6 +150,23 @@ def test_a_full_disk_at_once_is_one_sentence(capsys):
     assert capsys.readouterr().err == 'sweep: full.csv: no space left on device\n'
 
 
+def test_a_table_of_another_map_or_mentor_of_the_same_name_is_an_error(capsys):
+    Path('mine.txt').write_text('>>G\n')
+    Path('mine.yaml').write_text(OTHER_MAP.replace('ROW', '..G'))
+    Path('a.yaml').write_text(FILE.replace('bar_grid', 'mine.yaml').replace(
+        'optimal', "'file:mine.txt'").replace('SEEDS', '2').replace('ITERATIONS', '2'))
+    subprocess.run([*START, 'a.yaml'], check=True)
+    before = Path('runs/a.csv').read_text()
+    for name, content, what in (('mine.txt', '><G\n', 'mentor'),
+                                ('mine.yaml', OTHER_MAP.replace('ROW', '..G').replace(
+                                    '0.9', '0.8'), 'map')):
+        Path(name).write_text(content)
+        done = subprocess.run([*START, 'a.yaml'], check=False, capture_output=True, text=True)
+        assert done.returncode == 2
+        assert f'the {what} of a run must be that of the sweep' in done.stderr
+        assert done.stderr.count('\n') == 1 and Path('runs/a.csv').read_text() == before
+
+
 def test_a_table_of_another_sweep_is_an_error(capsys):
     run(written())
     before = Path('runs/a.csv').read_text()
@@ -208,6 +226,44 @@ def test_a_cluster_makes_the_same_table(scheduler):
     assert run(written(), '--scheduler', scheduler, '--out', 'far.csv') == 0
     assert run(written(), '--out', 'near.csv') == 0
     assert rows('far.csv') == rows('near.csv')
+
+
+OTHER_MAP = """{intended: 0.9, step_limit: 40, rewards: {step: -1, goal: 9},
+starts: anywhere, rows: [ROW]}"""
+
+
+def test_workers_in_another_folder_learn_in_the_map_of_the_sweep(
+        scheduler, tmp_path, monkeypatch):
+    """The workers stand in another folder, with other files of the same names, or with none."""
+    from distributed import Client
+    names, elsewhere = ('mine.yaml', 'mine.txt', 'seen.npz'), tmp_path / 'elsewhere'
+    elsewhere.mkdir()
+    with Client(scheduler) as client:
+        client.run(os.chdir, str(elsewhere))
+    for number, (row, policy, exists) in enumerate((('..G', '>>G', True), ('G..', 'G<<', False))):
+        here = tmp_path / str(number)  # the second sweep has other files of the same names
+        here.mkdir()
+        monkeypatch.chdir(here)
+        Path('mine.yaml').write_text(OTHER_MAP.replace('ROW', row))
+        Path('mine.txt').write_text(f'{policy}\n')
+        result = train(map='mine.yaml', mentor='none', method='sarsa', iterations=3)
+        result.save('out')
+        Path('out/learning.npz').rename('seen.npz')
+        for name in names:
+            other = elsewhere / name
+            other.write_text(OTHER_MAP.replace('ROW', '...G')) if exists \
+                else other.unlink(missing_ok=True)
+        Path('a.yaml').write_text(FILE.replace('map: bar_grid', 'map: [mine.yaml, bar_grid]')
+                                  .replace('[optimal,', '[optimal, random, none,')
+                                  .replace('SEEDS', '2').replace('ITERATIONS', '2'))
+        Path('b.yaml').write_text(FILE.replace('bar_grid', 'mine.yaml').replace(
+            '[optimal,', "['file:mine.txt', 'file:mine.txt@0.5', 'learned:seen.npz',")
+            .replace('SEEDS', '2').replace('ITERATIONS', '2'))
+        for name in 'ab':
+            for argv in ('--out', f'near-{name}.csv'), (
+                    '--scheduler', scheduler, '--out', f'far-{name}.csv'):
+                subprocess.run([*START, f'{name}.yaml', *argv], check=True)
+            assert rows(f'far-{name}.csv') == rows(f'near-{name}.csv')
 
 
 def test_ctrl_c_ends_a_sweep_on_a_cluster(scheduler):

@@ -19,7 +19,8 @@ TOP = Path(__file__).parents[2]
 KNOWN = {'grid_world': {'map', 'profile', 'seed', 'rate', 'state_dir'},
          'mentor': {'mentor', 'seed', 'budget', 'advising', 'state_dir'},
          'learner': {'method', 'profile', 'seed', 'map_period', 'remembers_advice',
-                     'advice_timeout', 'initial_learning', 'state_dir', *CONFIG_FIELDS}}
+                     'advice_timeout', 'initial_learning', 'state_dir',
+                     'end_when_finished', *CONFIG_FIELDS}}
 
 
 @pytest.mark.parametrize('name', EXECUTABLES)
@@ -44,7 +45,7 @@ def test_the_launch_file_has_the_documented_arguments_and_all_methods():
     names = [row.elts[0].value for row in tables['ARGUMENTS'].elts]
     assert names == ['map', 'method', 'mentor', 'mentor_seed', 'budget', 'rate', 'seed',
                      'iterations', 'initial_learning', 'learns', 'profile', 'namespace',
-                     'params_file', 'state_dir', 'respawn', 'viewer', 'rviz',
+                     'params_file', 'state_dir', 'respawn', 'end_when_finished', 'viewer', 'rviz',
                      'dashboard', 'record', 'log_level']
     choices, renamed = (ast.literal_eval(tables[name]) for name in ('CHOICES', 'RENAMED'))
     assert choices['method'] == ['', *METHODS['published']]

@@ -13,8 +13,8 @@ import time
 from typing import Any
 
 import numpy as np
-import yaml
 
+from comply_ros.nodes.node_processes import yaml_for_rcl
 from tools.benchmarks.interleave import BenchmarkError
 from tools.benchmarks.step_times import loop_speed, LoopSpeed, TIMES_FILE, WARM_FILE
 
@@ -47,8 +47,8 @@ def write_parameters(folder: Path, world: Mapping[str, Any] | None = None,
                     **(learner or {})}}
     folder.mkdir(exist_ok=True)
     path = folder / 'parameters.yaml'
-    path.write_text(yaml.safe_dump({f'/**/{name}': {'ros__parameters': table}
-                                    for name, table in tables.items()}))
+    path.write_text(yaml_for_rcl({f'/**/{name}': {'ros__parameters': table}
+                                  for name, table in tables.items()}))
     return path
 
 

@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Who is the mentor on the page, and what it says about a second one and about ended nodes."""
+
+from argparse import Namespace
+import os
+import signal
+import subprocess
+import sys
+
+from browser import browser, running_dashboard, url_of, wait_for
+from node_processes import log_has, nodes, ROOT
+import pytest
+from ros_client import ros_client
+from short_training import children
+from waiting import DEADLINE, wait_until
+
+from comply_ros.nodes.topics import RECOMMENDATION
+
+RANDOM = ('-p', 'mentor:=random')
+
+
+@pytest.fixture
+def chromium():
+    with browser() as chromium:
+        yield chromium
+
+
+@pytest.fixture
+def client(domain):
+    with ros_client() as client:
+        yield client
+
+
+def open_page(chromium, url):
+    """Return a page of the browser, whatever it shows."""
+    page = chromium.new_page()
+    page.set_default_timeout(DEADLINE * 1000)
+    page.goto(url)
+    return page
+
+
+def test_the_page_watches_while_another_mentor_is_heard(client, tmp_path, chromium):
+    with running_dashboard(tmp_path, mentor=RANDOM) as (running, url):
+        wait_until(log_has(running['mentor'], 'ready'), 'mentor')
+        page = open_page(chromium, url)
+        page.get_by_test_id('take-over').wait_for()
+        assert page.get_by_test_id('tools').count() == 0
+        assert client.count_publishers(RECOMMENDATION.name) == 1
+        page.get_by_test_id('take-over').click()
+        page.get_by_test_id('tools').wait_for()
+        wait_for(page, 'alarm', '2 mentors speak: the learner uses the advice of all')
+        running['mentor'].interrupt()
+        wait_until(lambda: '2 mentors' not in page.get_by_test_id('alarm').inner_text(),
+                   'end of the alarm')
+
+
+def test_a_page_that_nobody_has_used_gives_way_to_a_mentor(client, tmp_path, chromium):
+    with running_dashboard(tmp_path) as (_, url):
+        page = open_page(chromium, url)
+        page.get_by_test_id('tools').wait_for()
+        with nodes(tmp_path / 'other', mentor=RANDOM):
+            page.get_by_test_id('take-over').wait_for()
+            client.until(lambda: client.count_publishers(RECOMMENDATION.name) == 1, 'one mentor')
+        page.get_by_test_id('tools').wait_for()
+
+
+def test_a_page_that_is_used_stays_beside_a_mentor(domain, tmp_path, chromium):
+    with running_dashboard(tmp_path) as (_, url):
+        page = open_page(chromium, url)
+        page.get_by_test_id('generate').click()
+        with nodes(tmp_path / 'other', mentor=RANDOM):
+            wait_for(page, 'alarm', '2 mentors speak')
+            assert page.get_by_test_id('tools').count() == 1
+
+
+@pytest.mark.parametrize('name', ['grid_world', 'learner'])
+def test_the_demo_names_a_node_that_ended_and_starts_it_again(domain, tmp_path, chromium, name):
+    log = tmp_path / 'demo.log'
+    with log.open('wb') as output:
+        demo = subprocess.Popen(
+            [sys.executable, '-m', 'comply_ros.dashboard.teaching_demo', '--port', '0', '--out',
+             str(tmp_path)], cwd=ROOT, stdout=output, stderr=subprocess.STDOUT)
+    try:
+        wait_until(lambda: 'ready: ' in log.read_text(), 'page')
+        page = open_page(chromium, url_of(Namespace(log=log)))
+        page.locator('.world').first.wait_for()
+        os.kill(children(demo)[name], signal.SIGKILL)
+        wait_for(page, 'alarm', f'{name} ended with signal SIGKILL; its last lines:')
+        wait_for(page, 'alarm', 'ready')
+        assert f'{name} ended with signal SIGKILL' in log.read_text()
+        page.get_by_test_id('start-again').click()
+        wait_for(page, 'run-state', 'running')
+        wait_until(lambda: not page.get_by_test_id('start-again').is_visible(), 'end of the alarm')
+    finally:
+        demo.send_signal(signal.SIGINT)
+        demo.wait(DEADLINE)

@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The launch file under the genuine `ros2 launch`: it ends by itself, and tells of failures."""
+
+from importlib.util import find_spec
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+
+from node_processes import ROOT
+import pytest
+from waiting import DEADLINE, wait_until
+
+FILE = str(ROOT / 'launch' / 'teach.launch.py')
+COMMAND = (sys.executable, '-c',
+           'import sys; from ros2cli.cli import main; sys.argv[0] = "ros2"; sys.exit(main())')
+MAP = """{intended: 0.9, step_limit: 40, rewards: {step: -1, goal: 9}, starts: anywhere,
+rows: [..G]}"""
+
+pytestmark = [
+    pytest.mark.usefixtures('domain'),
+    pytest.mark.skipif(any(find_spec(name) is None for name in ('launch_ros', 'ros2launch')),
+                       reason='launch_ros and ros2launch are not installed: ROS brings them')]
+
+
+def launched(*arguments, folder):
+    """Run `ros2 launch` with the launch file in a folder, to its end."""
+    return subprocess.run([*COMMAND, 'launch', FILE, *arguments], cwd=folder, text=True,
+                          capture_output=True, timeout=DEADLINE, check=False,
+                          env={**os.environ, 'ROS_LOG_DIR': str(folder / 'log')})
+
+
+def children(process):
+    """Return the process ids of the nodes that a launch has started, by name."""
+    ids = Path(f'/proc/{process.pid}/task/{process.pid}/children').read_text().split()
+    return {name: int(pid) for pid in ids for name in ('grid_world', 'mentor', 'learner')
+            if f'/comply_ros/{name}\0' in Path(f'/proc/{pid}/cmdline').read_text()}
+
+
+@pytest.mark.parametrize('more', [(), ('respawn:=true',)])
+def test_it_ends_by_itself_when_the_learner_has_finished(tmp_path, more):
+    done = launched('map:=bar_grid', 'mentor:=optimal', 'iterations:=1', *more, folder=tmp_path)
+    assert 'finished 1 iterations, digest' in done.stdout
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize('wrong, sentence', [
+    ('map:=nowhere', "map 'nowhere': a map must be one of"), ('mentor:=wise', 'a mentor must be'),
+    ('seed:=x', 'parameter seed must be an integer')])
+@pytest.mark.parametrize('more', [(), ('respawn:=true',)])
+def test_a_node_that_refuses_a_parameter_fails_the_launch(tmp_path, wrong, sentence, more):
+    done = launched(wrong, *more, folder=tmp_path)
+    assert sentence in done.stdout
+    assert 'ended with exit code 2' in done.stdout + done.stderr
+    assert done.returncode == 1
+
+
+@pytest.mark.parametrize('name', ['grid_world', 'mentor', 'learner'])
+def test_a_node_that_is_killed_fails_the_launch(tmp_path, name):
+    process = subprocess.Popen(
+        [*COMMAND, 'launch', FILE, 'map:=bar_grid', 'mentor:=optimal', 'iterations:=0'],
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+        env={**os.environ, 'ROS_LOG_DIR': str(tmp_path)})
+    try:
+        wait_until(lambda: len(children(process)) == 3, 'three nodes')
+        os.kill(children(process)[name], signal.SIGKILL)
+        output = process.communicate(timeout=DEADLINE)[0]
+    finally:
+        process.terminate()
+        process.wait()
+    assert f'{name} ended with exit code -9' in output
+    assert process.returncode == 1
+
+
+@pytest.mark.parametrize('name', ['1e3', 'maze #2.yaml', '010'])
+def test_a_map_is_the_one_of_the_name_that_was_given(tmp_path, name):
+    (tmp_path / name).write_text(MAP)
+    done = launched(f'map:={name}', 'mentor:=none', 'method:=sarsa', 'iterations:=1',
+                    folder=tmp_path)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert 'finished 1 iterations' in done.stdout
