@@ -85,11 +85,15 @@ class PageState(NamedTuple):
 class DashboardNode(parameters.SafeParameterNode):
     """Receives all reports of a run; `update` spins it and renews its `page_state`."""
 
+    rejected_parameters = {'token': (
+        'parameter token must not be given: all users of this machine see the command line of a '
+        'process; use the environment variable COMPLY_ROS_TOKEN or the parameter token_file')}
+
     def __init__(self, **kwargs: Any) -> None:
         super().__init__('dashboard', **kwargs)
-        self.address, self.port, self.token, self.teach = (
+        self.address, self.port, self.token_file, self.teach = (
             self.declare(each) for each in (
-                parameters.ADDRESS, parameters.PORT, parameters.TOKEN, parameters.TEACH))
+                parameters.ADDRESS, parameters.PORT, parameters.TOKEN_FILE, parameters.TEACH))
         self.page_state, self._start_time = PageState(), time.monotonic()
         self._run_view, self._reference_returns = RunView(), ReferenceReturnsCache()
         self._nodes: dict[str, NodeStatus] = {}

@@ -4,15 +4,14 @@
 from collections.abc import Generator
 from contextlib import contextmanager, ExitStack
 from importlib.util import find_spec
-import re
-import secrets
 import socket
 from threading import Thread
 import time
 
 import rclpy
 
-from comply_ros.dashboard.access_control import AccessControl, LOCAL_HOSTS, MIN_TOKEN_LENGTH
+from comply_ros.dashboard.access_control import AccessControl
+from comply_ros.dashboard.access_token import page_token, print_token
 from comply_ros.dashboard.dashboard_node import DashboardNode
 from comply_ros.dashboard.mentor_thread import MentorThread
 from comply_ros.mentor.mentor_policies import MentorError
@@ -41,45 +40,35 @@ def spin_with_page(node: DashboardNode, stop: StopFlag) -> None:
         if find_spec('nicegui') is None:  # no ROS installation brings it
             raise ParameterError('the page needs the Python package nicegui, and it is not '
                                  'installed: requirements/python.txt names the version')
-        token = checked_token(node.address, node.token)
+        token, is_new = page_token(node.address, node.token_file)
         listening = stack.enter_context(listen(node.address, node.port))
         mentor_thread = MentorThread(HumanMentorNode()) if node.teach else None
         if mentor_thread:
             stack.enter_context(mentor_thread.running())
         stack.enter_context(serving(node, mentor_thread, listening, token))
-        node.get_logger().info(f'ready: {page_url(node.address, listening, token)}')
+        if is_new:
+            print_token(page_url(node.address, listening, token))
+        node.get_logger().info(f'ready: {page_url(node.address, listening)}')
         while rclpy.ok() and not stop.is_set():
             node.update()
             if mentor_thread and mentor_thread.error:
                 raise mentor_thread.error
 
 
-def checked_token(address: str, token: str) -> str:
-    """
-    Return the token that the page asks for, '' for none; generated where one must be given.
-
-    Raises ParameterError for a token that is easily guessed, or that no cookie can carry.
-    """
-    if not token:
-        return '' if address in LOCAL_HOSTS else secrets.token_urlsafe(16)
-    if not re.fullmatch(rf'[\w.-]{{{MIN_TOKEN_LENGTH},}}', token, re.ASCII):
-        raise ParameterError(f'parameter token must have at least {MIN_TOKEN_LENGTH} letters, '
-                             f'digits, _, . or -, got {token!r}')
-    return token
-
-
 def listen(address: str, port: int) -> socket.socket:
     """Return a socket that listens there; raises ParameterError where that is impossible."""
-    family = socket.AF_INET6 if ':' in address else socket.AF_INET
+    is_ipv6 = ':' in address
     try:
-        return socket.create_server((address, port), family=family)
+        return socket.create_server(
+            (address, port), family=socket.AF_INET6 if is_ipv6 else socket.AF_INET,
+            dualstack_ipv6=address == '::' and socket.has_dualstack_ipv6())
     except OSError as error:
         raise ParameterError(f'parameters address and port must be free to listen on, got '
                              f'{address!r} and {port} ({str(error.strerror).lower()})') from None
 
 
-def page_url(address: str, listening: socket.socket, token: str) -> str:
-    """URL that opens the page in a browser, with the token."""
+def page_url(address: str, listening: socket.socket, token: str = '') -> str:
+    """URL of the page; with a token, it needs no other."""
     host = socket.gethostname() if address in ('', '0.0.0.0', '::') else address
     host = f'[{host}]' if ':' in host else host
     return f'http://{host}:{listening.getsockname()[1]}/' + (f'?token={token}' if token else '')
@@ -98,8 +87,9 @@ def serving(node: DashboardNode, mentor_thread: MentorThread | None, listening: 
     nicegui.ui.page('/', title='comply_ros')(lambda: build_page(node, mentor_thread))
     nicegui.ui.run_with(app, dark=None, show_welcome_message=False,
                         reconnect_timeout=RECONNECT_TIMEOUT)
-    server = uvicorn.Server(uvicorn.Config(AccessControl(app, token), log_level='warning',
-                                           lifespan='on', timeout_graceful_shutdown=1))
+    server = uvicorn.Server(uvicorn.Config(
+        AccessControl(app, token, node.get_logger().warning), log_level='warning', lifespan='on',
+        timeout_graceful_shutdown=1, proxy_headers=False))
     thread = Thread(target=server.run, args=([listening],), name='page', daemon=True)
     thread.start()
     end = time.monotonic() + START_TIMEOUT
