@@ -14,6 +14,7 @@ from comply_ros.dashboard.access_control import AccessControl
 from comply_ros.dashboard.access_token import page_token, print_token
 from comply_ros.dashboard.dashboard_node import DashboardNode
 from comply_ros.dashboard.mentor_thread import MentorThread
+from comply_ros.dashboard.request_limits import MAX_MESSAGE, RequestLimits
 from comply_ros.mentor.mentor_policies import MentorError
 from comply_ros.mentor.policy_text import PolicyError
 from comply_ros.nodes.human_mentor import HumanMentorNode
@@ -84,12 +85,17 @@ def serving(node: DashboardNode, mentor_thread: MentorThread | None, listening: 
 
     from comply_ros.dashboard.page import build_page
     app = fastapi.FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
-    nicegui.ui.page('/', title='comply_ros')(lambda: build_page(node, mentor_thread))
+    limits = RequestLimits(app)
+
+    def page() -> None:
+        limits.add_page(nicegui.ui.context.client)
+        build_page(node, mentor_thread)
+    nicegui.ui.page('/', title='comply_ros')(page)
     nicegui.ui.run_with(app, dark=None, show_welcome_message=False,
                         reconnect_timeout=RECONNECT_TIMEOUT)
     server = uvicorn.Server(uvicorn.Config(
-        AccessControl(app, token, node.get_logger().warning), log_level='warning', lifespan='on',
-        timeout_graceful_shutdown=1, proxy_headers=False))
+        AccessControl(limits, token, node.get_logger().warning), log_level='warning',
+        lifespan='on', timeout_graceful_shutdown=1, proxy_headers=False, ws_max_size=MAX_MESSAGE))
     thread = Thread(target=server.run, args=([listening],), name='page', daemon=True)
     thread.start()
     end = time.monotonic() + START_TIMEOUT
