@@ -39,8 +39,9 @@ body { background: var(--page); color: var(--ink); } .nicegui-content { padding:
 .number { font-variant-numeric: tabular-nums; }
 .grow { flex: 1 1 auto; min-width: 0; }
 .world { width: 100%; max-width: min(100%, calc(var(--shape) * var(--tall))); margin: 0 auto;
-         touch-action: none; user-select: none; }
-.world svg { overflow: visible; } .world.painting { cursor: crosshair; }
+         user-select: none; }
+.world svg { overflow: visible; }
+.world.painting { cursor: crosshair; touch-action: pinch-zoom; -webkit-touch-callout: none; }
 .lines { stroke: var(--line); stroke-width: 1; fill: none; }
 .wall { fill: var(--wall); } .goal { fill: var(--ink); }
 .start { fill: var(--learner); opacity: 0.22; } .unknown { fill: var(--unknown); }

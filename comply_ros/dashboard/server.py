@@ -5,6 +5,7 @@ from collections.abc import Generator
 from contextlib import contextmanager, ExitStack
 from importlib.util import find_spec
 import socket
+import sys
 from threading import Thread
 import time
 
@@ -25,6 +26,7 @@ from comply_ros.terminal.interrupts import StopFlag
 from comply_ros.world.planning import PlanningError
 
 START_TIMEOUT = 30.0  # seconds that the server has to start
+SWITCH_INTERVAL = 1e-4  # seconds that the page may keep the interpreter while the mentor waits
 RECONNECT_TIMEOUT = 20.0  # seconds that a browser may be away, or slow, and keeps its page
 
 
@@ -38,6 +40,7 @@ def spin_with_page(node: DashboardNode, stop: StopFlag) -> None:
     """Serve the page and update its state until there is a Ctrl-C or an error."""
     with ExitStack() as stack:
         stack.callback(node.close)
+        sys.setswitchinterval(SWITCH_INTERVAL)
         if find_spec('nicegui') is None:  # no ROS installation brings it
             raise ParameterError('the page needs the Python package nicegui, and it is not '
                                  'installed: requirements/python.txt names the version')
