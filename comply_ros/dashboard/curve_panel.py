@@ -24,8 +24,8 @@ class CurvePanel:
         with ui.column().classes('panel'):
             ui.label('Learning').classes('panel-title')
             self._progress = ui.label().classes('number').props('data-testid=progress')
-            self._chart = ui.echart(chart_options(LearningCurve(), None, None)).classes(
-                'w-full').style('height: 230px')
+            self._chart = ui.echart(chart_options(LearningCurve(), None, None),
+                                    renderer='svg').classes('w-full chart').style('height: 230px')
             self._references = ui.label().classes('soft number').props(
                 'data-testid=reference-returns')
 

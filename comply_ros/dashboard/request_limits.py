@@ -60,28 +60,41 @@ class RequestLimits:
             await respond(send, 404, FRAME.format('<p>There is no such page.'))
 
     async def _send_page(self, scope: dict[str, Any], receive: Callable, send: Callable) -> None:
-        if not await self._is_admitted():
-            await respond(send, 503, BUSY, (b'retry-after', b'3'))
-            return
-        slot = PageSlot(self._free.release)
+        gone = asyncio.ensure_future(_is_gone(receive))
         try:
-            await self._app({**scope, SLOT: slot}, receive, send)
+            if not await self._is_admitted(gone):
+                await respond(send, 503, BUSY, (b'retry-after', b'3'))
+                return
+            slot = PageSlot(self._free.release)
+            try:
+                await self._app({**scope, SLOT: slot}, _receive_nothing(gone), send)
+            finally:
+                if not slot.is_used:
+                    slot.release()
         finally:
-            if not slot.is_used:
-                slot.release()
+            gone.cancel()
 
-    async def _is_admitted(self) -> bool:
-        """Wait for one of the free slots and take it; return False where there are too many."""
+    async def _is_admitted(self, gone: asyncio.Future) -> bool:
+        """
+        Wait for one of the free slots and take it; return False where there are too many.
+
+        gone: done when the visitor does not wait any longer.
+
+        """
         if self._waiting >= MAX_QUEUE or len(self._pages) >= MAX_PAGES:
             return False
         self._waiting += 1
+        turn = asyncio.ensure_future(self._free.acquire())
         try:
-            await asyncio.wait_for(self._free.acquire(), QUEUE_TIMEOUT)
-        except TimeoutError:
-            return False
+            await asyncio.wait((turn, gone), timeout=QUEUE_TIMEOUT,
+                               return_when=asyncio.FIRST_COMPLETED)
         finally:
             self._waiting -= 1
-        return True
+            if not turn.done():
+                turn.cancel()
+            elif gone.done():
+                self._free.release()
+        return turn.done() and not gone.done()
 
     def add_page(self, client: Any) -> None:
         """Have a client of NiceGUI, just made, use the slot of its request until it connects."""
@@ -99,6 +112,24 @@ class RequestLimits:
             slot.release()
         client.on_connect(on_connect)
         client.on_delete(on_delete)
+
+
+async def _is_gone(receive: Callable) -> None:
+    """Return when the visitor has disconnected."""
+    while (await receive())['type'] != 'http.disconnect':
+        pass
+
+
+def _receive_nothing(gone: asyncio.Future) -> Callable:
+    """Return the `receive` of a request without a body, whose visitor leaves when `gone` does."""
+    bodies = [{'type': 'http.request', 'body': b'', 'more_body': False}]
+
+    async def receive() -> dict[str, Any]:
+        if not bodies:
+            await asyncio.shield(gone)
+            return {'type': 'http.disconnect'}
+        return bodies.pop()
+    return receive
 
 
 def _body_problem(scope: dict[str, Any]) -> tuple[int, str] | None:

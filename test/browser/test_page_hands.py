@@ -164,7 +164,8 @@ def test_every_text_can_be_read_in_light_and_dark(domain, tmp_path, chromium):
 def test_each_kind_of_mentor_has_a_labelled_number_of_its_own(domain, tmp_path, chromium):
     with running_dashboard(tmp_path) as (_, url):
         page = open_page(chromium, url)
-        for kind, label, value in ('noisy', 'random share', '0.2'), ('snapshot', 'quality', '0.75'):
+        for kind, label, value in (('noisy', 'random share', '0.2'),
+                                   ('snapshot', 'quality', '0.75')):
             page.get_by_test_id('kind').click()
             page.get_by_role('option', name=kind).click()
             field = page.get_by_label(label)

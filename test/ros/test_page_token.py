@@ -2,12 +2,15 @@
 """Where the token of the page can be seen, and where not."""
 
 from contextlib import contextmanager
+import http.client
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 import os
 from pathlib import Path
 import pty
 import re
 import subprocess
 import sys
+from threading import Thread
 import urllib.error
 import urllib.request
 
@@ -122,3 +125,52 @@ def test_a_token_of_the_environment_is_checked_and_not_shown(domain):
     done = run('dashboard', '--ros-args', COMPLY_ROS_TOKEN='sesame!')
     assert done.returncode == 2 and 'sesame!' not in done.stderr
     assert done.stderr.startswith('dashboard: the token in environment variable COMPLY_ROS_TOKEN')
+
+
+@contextmanager
+def proxy(port):
+    """Serve `/robot/...` from a port, as a web server in front of it does; give the URL."""
+    class Handler(BaseHTTPRequestHandler):
+        def forward(self):
+            length = int(self.headers.get('content-length', 0))
+            asked = http.client.HTTPConnection('127.0.0.1', port)
+            asked.request(self.command, self.path.removeprefix('/robot'),
+                          self.rfile.read(length), {
+                              **{name: value for name, value in self.headers.items()
+                                 if name.lower() != 'host'}, 'Accept-Encoding': 'identity',
+                              'Host': 'inner', 'X-Forwarded-Host': self.headers['host'],
+                              'X-Forwarded-Prefix': '/robot'})
+            answer = asked.getresponse()
+            content = answer.read()
+            self.send_response(answer.status)
+            for name, value in answer.getheaders():
+                if name.lower() in ('location', 'set-cookie', 'content-type'):
+                    self.send_header(name, value)
+            self.end_headers()
+            self.wfile.write(content)
+        do_GET = do_POST = forward  # noqa: N815 - the names are given
+
+        def log_message(self, *_):
+            pass
+    server = ThreadingHTTPServer(('127.0.0.1', 0), Handler)
+    Thread(target=server.serve_forever, daemon=True).start()
+    try:
+        yield f'http://127.0.0.1:{server.server_port}/robot/'
+    finally:
+        server.shutdown()
+
+
+def test_behind_a_proxy_with_a_path_the_door_stays_there(domain):
+    with dashboard_in_terminal(COMPLY_ROS_TOKEN='open-sesame') as (_, text), \
+            proxy(int(re.search(r':(\d+)/', text())[1])) as url:
+        opener = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
+        answer = opener.open(urllib.request.Request(url, b'token=open-sesame', {
+            'Origin': url.removesuffix('/robot/')}))
+        assert answer.url == url and b'"/robot/_nicegui/' in answer.read()
+
+
+def test_the_address_of_all_interfaces_serves_ipv4_and_ipv6(domain):
+    with dashboard_in_terminal('-p', 'address:=::', COMPLY_ROS_TOKEN='open-sesame') as (_, text):
+        port = re.search(r':(\d+)/', text())[1]
+        for host in '127.0.0.1', '[::1]':
+            assert opens(f'http://{host}:{port}/?token=open-sesame')

@@ -19,7 +19,7 @@ class Visitor(SimpleNamespace):
     """A request for a page, and the events of the client that belongs to it."""
 
     def __init__(self, number):
-        super().__init__(id=str(number), handlers={}, sent=[])
+        super().__init__(id=str(number), handlers={}, sent=[], gone=asyncio.Event())
         self.on_connect = lambda handler: self.handlers.update(connect=handler)
         self.on_delete = lambda handler: self.handlers.update(delete=handler)
 
@@ -27,11 +27,15 @@ class Visitor(SimpleNamespace):
         self.handlers['delete']()
 
     async def ask(self, limits, path='/', **headers):
+        async def receive():
+            await self.gone.wait()
+            return {'type': 'http.disconnect'}
+
         async def send(message):
             self.sent.append(message)
         await limits({'type': 'http', 'path': path, 'visitor': self, 'headers': [
             (name.replace('_', '-').encode(), value.encode())
-            for name, value in headers.items()]}, None, send)
+            for name, value in headers.items()]}, receive, send)
 
     @property
     def status(self):
@@ -65,8 +69,8 @@ def test_pages_that_no_browser_connects_to_wait_for_each_other():
             await settle()
         assert [each.status for each in visitors] == (
             [200] * MAX_UNCONNECTED + [None] * MAX_QUEUE + [503])
-        visitors[3].handlers['connect']()
-        visitors[4].delete()
+        visitors[0].handlers['connect']()
+        visitors[1].delete()
         await settle()
         assert [each.status for each in visitors[MAX_UNCONNECTED:][:3]] == [200, 200, None]
         other = Visitor('other')
@@ -75,6 +79,23 @@ def test_pages_that_no_browser_connects_to_wait_for_each_other():
         for each in tasks:
             each.cancel()
     asyncio.run(flood())
+
+
+def test_no_page_is_built_for_a_visitor_who_has_left():
+    async def visit():
+        limits = page_server()
+        visitors = [Visitor(number) for number in range(MAX_UNCONNECTED + 2)]
+        tasks = [asyncio.ensure_future(each.ask(limits)) for each in visitors]
+        await settle()
+        leaving, waiting = visitors[MAX_UNCONNECTED:]
+        leaving.gone.set()
+        await settle()
+        visitors[0].handlers['connect']()
+        await settle()
+        assert (leaving.status, waiting.status) == (503, 200)
+        for each in tasks:
+            each.cancel()
+    asyncio.run(visit())
 
 
 def test_a_page_from_which_no_browser_connects_is_freed(monkeypatch):
