@@ -69,7 +69,7 @@ def chart_options(curve: LearningCurve, optimal: float | None, mentor: float | N
     end = max(x[-1] if x else 0, 10)
     low, high = bounds(y, [value for _, value, *_ in references])
     return {
-        'animation': False, 'textStyle': {'fontFamily': 'inherit'},
+        'animation': False, 'textStyle': {'fontFamily': 'Roboto, sans-serif'},
         'grid': {'left': 46, 'right': 12, 'top': 30, 'bottom': 36},
         'legend': {'top': 0, 'left': 8, 'icon': 'roundRect', 'itemWidth': 16, 'itemHeight': 4,
                    'textStyle': {'color': GREY}, 'selectedMode': False,

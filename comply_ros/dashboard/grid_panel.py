@@ -37,8 +37,9 @@ class GridPanel:
                 ui.label("mentor's arrows: not trusted")
                 ui.element('div').classes('scale')
                 ui.label('trusted')
-                ui.element('div').classes('dot')
-                ui.label('never visited')
+                with ui.row().classes('items-center gap-2 no-wrap'):
+                    ui.element('div').classes('dot')
+                    ui.label('never visited')
                 self._note = ui.label()
 
     def show(self, state: PageState) -> None:

@@ -95,11 +95,12 @@ class MentorPanel:
         with ui.row().classes('w-full items-center gap-3 no-wrap'):
             share = ui.slider(min=0, max=100, step=5, value=20).props(
                 'dense aria-label="share of states"').classes('grow').style('max-width: 14rem')
-            ui.label().classes('soft number').style('width: 6.5rem').bind_text_from(
+            ui.label().classes('soft number').style('min-width: 6.5rem').bind_text_from(
                 share, 'value', lambda value: f'{value:.0f} % of states')
             with ui.button('Spoil', icon='casino', on_click=lambda: self._change(
                     'spoil', share.value / 100, secrets.randbelow(2 ** 32))).props(
-                    'outline dense no-caps no-wrap padding="4px 10px" data-testid=spoil'):
+                    'outline dense no-caps no-wrap padding="4px 10px" data-testid=spoil').classes(
+                        'shrink-0'):
                 ui.tooltip('put random actions into this share of the states')
 
     def _make_steering(self) -> None:

@@ -37,10 +37,10 @@ body { background: var(--page); color: var(--ink); } .nicegui-content { padding:
 .q-item.panel-title .q-item__label { white-space: nowrap; }
 .body--dark :is(.q-btn.text-primary, .q-field, .q-menu) { --q-primary: #6cbcf0; }
 .chart text { fill: var(--soft) !important; }
-.run-state { color: var(--soft) !important; border-color: currentColor; }
-.run-state.running { color: var(--good) !important; }
-.run-state.paused { color: var(--warn) !important; }
-.run-state.stopped { color: var(--bad) !important; }
+.run-state { --q-primary: var(--soft); }
+.run-state.running { --q-primary: var(--good); }
+.run-state.paused { --q-primary: var(--warn); }
+.run-state.stopped { --q-primary: var(--bad); }
 .body--dark .q-btn.text-negative { --q-negative: #ff8f78; }
 .soft { color: var(--soft); font-size: 0.85rem; }
 .number { font-variant-numeric: tabular-nums; }
