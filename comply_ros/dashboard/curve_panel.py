@@ -24,8 +24,8 @@ class CurvePanel:
         with ui.column().classes('panel'):
             ui.label('Learning').classes('panel-title')
             self._progress = ui.label().classes('number').props('data-testid=progress')
-            self._chart = ui.echart(chart_options(LearningCurve(), None, None)).classes(
-                'w-full').style('height: 230px')
+            self._chart = ui.echart(chart_options(LearningCurve(), None, None),
+                                    renderer='svg').classes('w-full chart').style('height: 230px')
             self._references = ui.label().classes('soft number').props(
                 'data-testid=reference-returns')
 
@@ -69,7 +69,7 @@ def chart_options(curve: LearningCurve, optimal: float | None, mentor: float | N
     end = max(x[-1] if x else 0, 10)
     low, high = bounds(y, [value for _, value, *_ in references])
     return {
-        'animation': False, 'textStyle': {'fontFamily': 'inherit'},
+        'animation': False, 'textStyle': {'fontFamily': 'Roboto, sans-serif'},
         'grid': {'left': 46, 'right': 12, 'top': 30, 'bottom': 36},
         'legend': {'top': 0, 'left': 8, 'icon': 'roundRect', 'itemWidth': 16, 'itemHeight': 4,
                    'textStyle': {'color': GREY}, 'selectedMode': False,

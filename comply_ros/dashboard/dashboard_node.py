@@ -28,6 +28,11 @@ MAX_CALLBACKS = 60  # in one update
 MAX_IDLE_CALLBACKS = 8  # in a row that bring no report: then an update has received enough
 EXPECTED_NODES = ('grid_world', 'mentor', 'learner')
 MENTOR = 'mentor'
+MAX_OTHER_NODES = 9  # with a row on the page, besides those
+MAX_STATUS_LENGTH, MAX_STATUS_VALUES = 200, 50  # characters, and values, that are kept of a status
+FORGOTTEN_AFTER = 60.0  # seconds without a status after which the row of another node is removed
+LESSON_TOPICS = (topics.WORLD, topics.STATE, topics.RECOMMENDATION, topics.ACTION,
+                 topics.PROGRESS, topics.EPISODE)  # who publishes on one of them takes part
 LOST_AFTER = 3.5  # seconds without a status after which a node counts as lost
 PAUSE, STEP, RESET, RESET_LEARNER = (
     'grid_world/pause', 'grid_world/step', 'grid_world/reset', 'learner/reset')
@@ -112,14 +117,19 @@ class MentorsHeard:
 class DashboardNode(parameters.SafeParameterNode):
     """Receives all reports of a run; `update` spins it and renews its `page_state`."""
 
+    rejected_parameters = {'token': (
+        'parameter token must not be given: all users of this machine see the command line of a '
+        'process; use the environment variable COMPLY_ROS_TOKEN or the parameter token_file')}
+
     def __init__(self, **kwargs: Any) -> None:
         super().__init__('dashboard', **kwargs)
-        self.address, self.port, self.token, self.teach = (
+        self.address, self.port, self.token_file, self.teach = (
             self.declare(each) for each in (
-                parameters.ADDRESS, parameters.PORT, parameters.TOKEN, parameters.TEACH))
+                parameters.ADDRESS, parameters.PORT, parameters.TOKEN_FILE, parameters.TEACH))
         self.page_state, self._start_time = PageState(), time.monotonic()
         self._run_view, self._reference_returns = RunView(), ReferenceReturnsCache()
         self._nodes: dict[str, NodeStatus] = {}
+        self._lesson_nodes: set[str] = {*EXPECTED_NODES}
         self._last_tick, self._received_reports = 0.0, 0
         self._service_client = ServiceClient(self)
         self._remote_parameters = {
@@ -142,6 +152,7 @@ class DashboardNode(parameters.SafeParameterNode):
         if now - self._last_tick >= 1.0:
             self._last_tick = now
             self._run_view.tick()
+            self._update_lesson_nodes(now)
             for name, remote in self._remote_parameters.items():
                 if name in self._nodes:
                     remote.tick()
@@ -237,7 +248,7 @@ class DashboardNode(parameters.SafeParameterNode):
     def _on_diagnostics(self, msg: DiagnosticArray) -> None:
         for status in msg.status:
             name = self._name_here(status.name)
-            if not name:
+            if not self._has_row(name):
                 continue
             if name == MENTOR:
                 self._mentors.add(status.hardware_id)
@@ -246,9 +257,26 @@ class DashboardNode(parameters.SafeParameterNode):
                     before is None or before.process != status.hardware_id):
                 self._remote_parameters[name].current = {}  # of a new process: to be read again
             self._nodes[name] = NodeStatus(
-                status.level, ' '.join(status.message.split()),
-                {each.key: each.value for each in status.values}, status.hardware_id,
-                time.monotonic())
+                status.level, ' '.join(status.message.split())[:MAX_STATUS_LENGTH],
+                {each.key: each.value for each in status.values[:MAX_STATUS_VALUES]},
+                status.hardware_id, time.monotonic())
+
+    def _has_row(self, name: str) -> bool:
+        """Whether a node has a row on the page, or may get one."""
+        others = self._nodes.keys() - set(EXPECTED_NODES)
+        return name in self._lesson_nodes and (
+            name in EXPECTED_NODES or name in others or len(others) < MAX_OTHER_NODES)
+
+    def _update_lesson_nodes(self, now: float) -> None:
+        """Look for the nodes that take part in this lesson; forget others that are gone."""
+        self._lesson_nodes = {*EXPECTED_NODES, *(
+            self._name_here(f'{each.node_namespace.rstrip("/")}/{each.node_name}')
+            for topic in LESSON_TOPICS
+            for each in self.get_publishers_info_by_topic(
+                self.resolve_topic_name(topic.name)))} - {''}
+        for name in [*self._nodes]:
+            if name not in EXPECTED_NODES and now - self._nodes[name].received > FORGOTTEN_AFTER:
+                del self._nodes[name]
 
     def _on_parameter_event(self, msg: ParameterEvent) -> None:
         name = self._name_here(msg.node)

@@ -13,6 +13,7 @@ from comply_ros.dashboard import grid_svg
 from comply_ros.dashboard.dashboard_node import PageState, RunSnapshot
 from comply_ros.dashboard.header_bar import succeeds
 from comply_ros.dashboard.mentor_thread import MentorThread
+from comply_ros.dashboard.page_scripts import POINTER, POINTER_EVENTS
 from comply_ros.dashboard.paint_tool import PaintTool
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
@@ -36,6 +37,9 @@ class GridPanel:
                 ui.label("mentor's arrows: not trusted")
                 ui.element('div').classes('scale')
                 ui.label('trusted')
+                with ui.row().classes('items-center gap-2 no-wrap'):
+                    ui.element('div').classes('dot')
+                    ui.label('never visited')
                 self._note = ui.label()
 
     def show(self, state: PageState) -> None:
@@ -47,7 +51,7 @@ class GridPanel:
             self._make_picture(run.world)
         world, msg = run.world, reports.observation
         self._draw('mentor', grid_svg.mentor_arrows, world, self._mentor_policy(run),
-                   reports.trust)
+                   reports.trust, reports.policy)
         self._draw('learner', grid_svg.learner_arrows, world,
                    reports.policy if self._show_learner.value else None)
         waits = bool(self._thread and self._thread.mentor.steering and msg)
@@ -63,9 +67,9 @@ class GridPanel:
             f'(arrows are drawn for at most {grid_svg.MAX_CELLS} cells)')
         with self._frame:
             image = ui.interactive_image(
-                size=(width, height), content=grid_svg.cells(world), sanitize=False,
-                on_mouse=self._on_pointer if self._thread else None,
-                events=['mousedown', 'mousemove', 'mouseup'] if self._thread else [])
+                size=(width, height), content=grid_svg.cells(world), sanitize=False, events=[])
+        for event in POINTER_EVENTS if self._thread else ():
+            image.on(event, self._on_pointer, js_handler=POINTER)
         image.classes('world painting' if self._thread else 'world').style(
             f'--shape: {width / height:.4f}; --tall: {"55vh" if self._thread else "70vh"}')
         self._layers = {name: image.add_layer() for name in ('mentor', 'learner', 'robot')}
@@ -84,14 +88,18 @@ class GridPanel:
             return painted
         return run.reports.mentor_policy
 
-    async def _on_pointer(self, event: events.MouseEventArguments) -> None:
+    async def _on_pointer(self, event: events.GenericEventArguments) -> None:
         world, tool, thread = self._world, self.paint_tool, self._thread
         if world is None or thread is None:
             return
-        s = grid_svg.state_at(world.grid, event.image_x, event.image_y)
-        if event.type == 'mousedown':
-            cells = tool.press(world, s)
-        elif event.type == 'mouseup' or tool.painting and not event.buttons:
+        kind, cells = event.args['type'], {}
+        width, height = grid_svg.size(world.grid)
+        s = grid_svg.state_at(world.grid, width * event.args['x'], height * event.args['y'])
+        if kind == 'pointercancel':
+            tool.cancel()
+        elif kind == 'pointerdown':
+            cells = tool.press(world, s, event.args['touch'])
+        elif kind == 'pointerup':
             policy = thread.mentor.policy
             cells = tool.release(world, np.full(len(world.free), NO_ACTION, dtype=np.int8)
                                  if policy is None else policy)

@@ -65,20 +65,29 @@ def spans(row: str, sign: str) -> Iterator[tuple[int, int]]:
         first = row.find(sign, first + length)
 
 
-def mentor_arrows(world: World, policy: NDArray[np.int8],
-                  trust: NDArray[np.float32] | None) -> str:
+def mentor_arrows(world: World, policy: NDArray[np.int8], trust: NDArray[np.float32] | None,
+                  learned: NDArray[np.int8] | None) -> str:
     """
     SVG of the mentor's arrows, from red (not trusted) over amber to green (trusted).
 
-    policy: `a[s]`, -1 for no advice. trust: `p[s]` in [0, 1], or None: the arrows are grey.
+    Arrows are grey in states that the learner knows nothing of, since it was never there.
+
+    policy: `a[s]`, -1 for no advice.
+    trust: `p[s]` in [0, 1], None while unknown.
+    learned: the learner's policy, -1 where it knows nothing, None while unknown.
+
     """
     states = np.flatnonzero(world.free & (policy != NO_ACTION))
     if len(world.free) > MAX_CELLS:
         return ''
-    if trust is None:
-        return f'<path d="{_arrows(world.grid, states, policy, WIDE)}" class="unknown"/>'
+    visited = np.zeros(len(policy), dtype=bool) if trust is None or learned is None \
+        else learned != NO_ACTION
+    others, states = states[~visited[states]], states[visited[states]]
+    grey = f'<path d="{_arrows(world.grid, others, policy, WIDE)}" class="unknown"/>'
+    if trust is None or not len(states):
+        return grey if len(others) else ''
     shades = np.rint(trust[states] * SHADES)
-    return ''.join(
+    return (grey if len(others) else '') + ''.join(
         f'<path d="{_arrows(world.grid, states[shades == shade], policy, WIDE)}" '
         f'fill="{trust_color(shade / SHADES)}"/>' for shade in np.unique(shades).tolist())
 

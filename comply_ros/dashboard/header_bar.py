@@ -15,8 +15,6 @@ from comply_ros.dashboard.dashboard_node import (
 from comply_ros.dashboard.mentor_seat import MentorSeat
 from comply_ros.dashboard.service_client import ServiceCallError
 
-COLOURS = {'running': 'positive', 'paused': 'warning', 'stopped': 'negative'}
-
 
 class HeaderBar:
     """Title, state of the run, and an alarm that names missing nodes."""
@@ -26,7 +24,8 @@ class HeaderBar:
         with ui.row().classes('w-full items-center gap-3 no-wrap'):
             ui.label('comply_ros').classes('text-lg font-semibold')
             self._world = ui.label().classes('soft grow ellipsis')
-            self._run_state = ui.badge().props('outline data-testid=run-state').classes('number')
+            self._run_state = ui.badge().props(
+                'outline data-testid=run-state').classes('number run-state')
             dark_mode = ui.dark_mode(None)
             with ui.button(icon='contrast', on_click=lambda: dark_mode.set_value(
                     not dark_mode.value)).props(
@@ -48,7 +47,7 @@ class HeaderBar:
         self._world.text = '' if world is None else (
             f'{world.name}, {world.width} x {world.height}, run {world.run}')
         self._run_state.text = text = run_state_text(state)
-        self._run_state.props(f'color={COLOURS.get(text, "grey")}')
+        self._run_state.classes(replace=f'number run-state {text}')
         mentors = state.other_mentors + (self._seat.thread is not None)
         self._alarm.text = alarm_text(state, mentors)
         self._watching.visible = self._seat.thread is None and bool(state.other_mentors)

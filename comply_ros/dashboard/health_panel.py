@@ -15,20 +15,24 @@ class HealthPanel:
     """A coloured dot and a line of text for each node."""
 
     def __init__(self) -> None:
-        self._rows: dict[str, tuple[ui.element, ui.label]] = {}
+        self._rows: dict[str, tuple[ui.element, ui.element, ui.label]] = {}
         with ui.column().classes('panel') as self._panel:
             ui.label('Nodes').classes('panel-title')
 
     def show(self, state: PageState) -> None:
         """Show a state of the page."""
-        for name in dict.fromkeys((*EXPECTED_NODES, *state.nodes)):
+        shown = dict.fromkeys((*EXPECTED_NODES, *state.nodes))
+        for name in [each for each in self._rows if each not in shown]:
+            row, *_ = self._rows.pop(name)
+            row.delete()
+        for name in shown:
             if name not in self._rows:
-                with self._panel, ui.element('div').classes('node'):
+                with self._panel, ui.element('div').classes('node') as row:
                     dot = ui.element('div').classes('dot')
                     ui.label(name)
-                    self._rows[name] = dot, ui.label().classes('words').props(
+                    self._rows[name] = row, dot, ui.label().classes('words').props(
                         f'data-testid=health-{name}')
-            dot, label = self._rows[name]
+            _, dot, label = self._rows[name]
             label.text, kind = health_text(state, name)
             dot.classes(replace=f'dot {kind}')
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from comply_ros.dashboard.dashboard_node import PageState
 from comply_ros.dashboard.header_bar import show_error, succeeds
 from comply_ros.dashboard.mentor_thread import MentorThread
+from comply_ros.dashboard.page_scripts import STEERING, STEERING_KEYS
 from comply_ros.dashboard.paint_tool import FOLLOW, PaintTool
 from comply_ros.mentor.advice_budget import MentorError
 from comply_ros.mentor.mentor_policies import FROM_FILES, KINDS
@@ -22,6 +23,8 @@ from comply_ros.world.mdp import World
 
 TOOLS = {FOLLOW: 'follow', LEFT: '←', RIGHT: '→', DOWN: '↓', UP: '↑', NO_ACTION: 'erase'}
 KEYS = {'ArrowLeft': LEFT, 'ArrowRight': RIGHT, 'ArrowDown': DOWN, 'ArrowUp': UP}
+# Of the kinds with a number: its label, and the value that it begins with.
+NUMBERS = {'noisy': ('random share', 0.2), 'snapshot': ('quality', 0.75)}
 MAX_FILE_SIZE = 20_000_000  # bytes of a policy file: the largest grid fits, 4096 x 4096
 
 
@@ -31,6 +34,7 @@ class MentorPanel:
     def __init__(self, mentor_thread: MentorThread, paint_tool: PaintTool) -> None:
         self._thread, self._mentor = mentor_thread, mentor_thread.mentor
         self._world: World | None = None
+        self._shown_steering: bool | None = None
         with ui.column().classes('panel'):
             with ui.row().classes('w-full items-center gap-3'):
                 ui.label('You are the mentor').classes('panel-title grow')
@@ -47,7 +51,9 @@ class MentorPanel:
         """Show a state of the page."""
         self._world = state.run.world
         self._trust.text = trust_text(state)
-        self._steering.value = self._mentor.steering
+        if self._mentor.steering != self._shown_steering:
+            self._shown_steering = self._steering.value = self._mentor.steering
+            self._keys.props(f'{STEERING}={str(self._shown_steering).lower()}')
         patience = self._mentor.get_parameter('patience').value
         self._patience.text = f'the robot waits {patience:g} s for a key'
 
@@ -60,7 +66,8 @@ class MentorPanel:
             ui.button('Clear', icon='layers_clear', on_click=lambda: self._change('erase')).props(
                 'flat dense no-caps data-testid=clear')
         ui.label('Drag over cells to paint arrows: with "follow" they point where you drag. '
-                 'Click a cell to change its arrow.').classes('soft')
+                 'Click a cell to change its arrow. On a touch screen, two fingers scroll the '
+                 'page.').classes('soft')
 
     def _make_files(self) -> None:
         upload = self._upload = ui.upload(
@@ -76,11 +83,11 @@ class MentorPanel:
         kinds = [kind for kind in KINDS if kind not in (*FROM_FILES, 'none')]
         self._kind = ui.select(kinds, value='snapshot').props(
             'dense outlined options-dense aria-label="kind of mentor" data-testid=kind')
-        self._value = ui.number(value=0.75, min=0, max=1, step=0.05).props(
-            'dense outlined aria-label="quality or noise"').style('width: 5rem')
-        self._value.bind_visibility_from(self._kind, 'value', _takes_value)
-        self._seed = ui.number(value=0, min=0, precision=0, prefix='seed').props(
-            'dense outlined aria-label=seed').style('width: 6rem')
+        self._numbers = {kind: ui.number(label, value=value, min=0, max=1, step=0.05).props(
+            f'dense outlined data-testid={kind}-number').style('width: 7rem').bind_visibility_from(
+                self._kind, 'value', value=kind) for kind, (label, value) in NUMBERS.items()}
+        self._seed = ui.number('seed', value=0, min=0, precision=0).props(
+            'dense outlined').style('width: 5rem')
         self._generate = ui.button('Generate', on_click=self._on_generate).props(
             'outline dense no-caps padding="4px 10px" data-testid=generate')
 
@@ -88,20 +95,37 @@ class MentorPanel:
         with ui.row().classes('w-full items-center gap-3 no-wrap'):
             share = ui.slider(min=0, max=100, step=5, value=20).props(
                 'dense aria-label="share of states"').classes('grow').style('max-width: 14rem')
-            ui.label().classes('soft number').style('width: 6.5rem').bind_text_from(
+            ui.label().classes('soft number').style('min-width: 6.5rem').bind_text_from(
                 share, 'value', lambda value: f'{value:.0f} % of states')
             with ui.button('Spoil', icon='casino', on_click=lambda: self._change(
                     'spoil', share.value / 100, secrets.randbelow(2 ** 32))).props(
-                    'outline dense no-caps no-wrap padding="4px 10px" data-testid=spoil'):
+                    'outline dense no-caps no-wrap padding="4px 10px" data-testid=spoil').classes(
+                        'shrink-0'):
                 ui.tooltip('put random actions into this share of the states')
 
     def _make_steering(self) -> None:
         with ui.row().classes('w-full items-center gap-3 no-wrap'):
-            self._steering = ui.switch('steer with the arrow keys').props('dense')
-            self._steering.on('update:model-value', lambda: succeeds(asyncio.wrap_future(
-                self._thread.set_steering(self._steering.value))))
+            self._steering = ui.switch('steer with the arrow keys').props(
+                'dense data-testid=steering').classes('steering-switch')
+            self._steering.on('update:model-value', self._on_steering)
             self._patience = ui.label().classes('soft')
         ui.keyboard(self._on_key, ignore=['input', 'select', 'textarea'])
+        self._keys = ui.element('div').props(f'{STEERING}=false').classes('hidden')
+        ui.add_body_html(STEERING_KEYS)
+        self._client = ui.context.client
+        self._client.on_disconnect(self._on_leave)
+        self._client.on_delete(self._on_leave)
+
+    async def _on_steering(self) -> None:
+        if self._steering.value:
+            self._thread.steering_page = self._client.id
+        await succeeds(asyncio.wrap_future(self._thread.set_steering(self._steering.value)))
+
+    def _on_leave(self) -> None:
+        """Switch off steering where this page has switched it on: nobody would steer."""
+        if self._thread.steering_page == self._client.id:
+            self._thread.steering_page = ''
+            self._thread.set_steering(False)
 
     async def _call(self, name: str, *arguments: Any) -> None:
         await succeeds(asyncio.wrap_future(self._thread.call(name, *arguments)))
@@ -144,7 +168,7 @@ class MentorPanel:
         if self._policy() is None:
             return
         kind, seed = self._kind.value, self._seed.value
-        spec = f'{kind}:{self._value.value}' if _takes_value(kind) else kind
+        spec = f'{kind}:{self._numbers[kind].value}' if kind in NUMBERS else kind
         self._generate.props('loading')
         try:
             if seed is None or not 0 <= seed <= SEED_LIMIT:
@@ -155,10 +179,6 @@ class MentorPanel:
             show_error(str(error))
         finally:
             self._generate.props(remove='loading')
-
-
-def _takes_value(kind: str) -> bool:
-    return ':' in KINDS[kind]
 
 
 def trust_text(state: PageState) -> str:

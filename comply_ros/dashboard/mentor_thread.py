@@ -18,6 +18,7 @@ class MentorThread:
     def __init__(self, mentor: HumanMentorNode) -> None:
         self.mentor = mentor
         self.error: BaseException | None = None
+        self.steering_page = ''  # id of the page that has switched steering on last
         self._stopping = False
 
     def call(self, name: str, *arguments: Any) -> Future:

@@ -20,9 +20,11 @@ from comply_ros.plots.trust_colors import trust_color
 PERIOD = 0.1  # seconds between two renewals
 CSS = """
 :root { --cell: #ffffff; --line: #e3e6ea; --wall: #aeb6c0; --ink: #1f2933; --soft: #5d6875;
-        --learner: #0072B2; --halo: #ffffff; --page: #f3f5f7; --unknown: #9aa3ad; }
+        --learner: #0072B2; --halo: #ffffff; --page: #f3f5f7; --unknown: #9aa3ad;
+        --good: #00704f; --bad: #b92c0d; --warn: #8a5a00; }
 .body--dark { --cell: #20262d; --line: #2f3740; --wall: #56616d; --ink: #e8ecf0; --soft: #9aa7b4;
-        --learner: #6cbcf0; --halo: #14181c; --page: #14181c; --unknown: #7b8794; }
+        --learner: #6cbcf0; --halo: #14181c; --page: #14181c; --unknown: #7b8794;
+        --good: #3cc79a; --bad: #ff8f78; --warn: #f0b840; }
 body { background: var(--page); color: var(--ink); } .nicegui-content { padding: 0; }
 .frame { width: 100%; max-width: 1500px; margin: 0 auto; padding: 12px 16px 24px; gap: 12px; }
 .columns { display: grid; width: 100%; gap: 12px; align-items: start;
@@ -33,14 +35,20 @@ body { background: var(--page); color: var(--ink); } .nicegui-content { padding:
 .panel-title { font-size: 0.78rem; font-weight: 600; letter-spacing: 0.05em; color: var(--soft);
                text-transform: uppercase; min-height: 0; }
 .q-item.panel-title .q-item__label { white-space: nowrap; }
-.body--dark .q-btn.text-primary { --q-primary: #6cbcf0; }
+.body--dark :is(.q-btn.text-primary, .q-field, .q-menu) { --q-primary: #6cbcf0; }
+.chart text { fill: var(--soft) !important; }
+.run-state { --q-primary: var(--soft); }
+.run-state.running { --q-primary: var(--good); }
+.run-state.paused { --q-primary: var(--warn); }
+.run-state.stopped { --q-primary: var(--bad); }
 .body--dark .q-btn.text-negative { --q-negative: #ff8f78; }
 .soft { color: var(--soft); font-size: 0.85rem; }
 .number { font-variant-numeric: tabular-nums; }
 .grow { flex: 1 1 auto; min-width: 0; }
 .world { width: 100%; max-width: min(100%, calc(var(--shape) * var(--tall))); margin: 0 auto;
-         touch-action: none; user-select: none; }
-.world svg { overflow: visible; } .world.painting { cursor: crosshair; }
+         user-select: none; }
+.world svg { overflow: visible; }
+.world.painting { cursor: crosshair; touch-action: pinch-zoom; -webkit-touch-callout: none; }
 .lines { stroke: var(--line); stroke-width: 1; fill: none; }
 .wall { fill: var(--wall); } .goal { fill: var(--ink); }
 .start { fill: var(--learner); opacity: 0.22; } .unknown { fill: var(--unknown); }

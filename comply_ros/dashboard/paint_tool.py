@@ -20,6 +20,7 @@ class PaintTool:
     def __init__(self) -> None:
         self.tool: str | int = FOLLOW  # or an action, or -1 to erase
         self._last: int | None = None  # state of the pointer in this stroke
+        self._pending: dict[int, int] = {}  # what a finger paints if it was not one of two
         self._moved = False
 
     @property
@@ -27,10 +28,23 @@ class PaintTool:
         """Whether a stroke has begun and not ended."""
         return self._last is not None
 
-    def press(self, world: World, s: int | None) -> dict[int, int]:
-        """Begin a stroke in state s (None: outside the grid); return what it paints."""
+    def press(self, world: World, s: int | None, touch: bool = False) -> dict[int, int]:
+        """
+        Begin a stroke in state s (None: outside the grid); return what it paints.
+
+        touch: whether it is by a finger, which may be the first of two: it paints when it moves
+            or leaves.
+
+        """
         self._last, self._moved = s, False
-        return {} if s is None or self.tool == FOLLOW else possible(world, {s: self.tool})
+        if s is None or self.tool == FOLLOW:
+            return {}
+        self._pending = possible(world, {s: self.tool})
+        return {} if touch else self._take_pending()
+
+    def cancel(self) -> None:
+        """End the stroke without painting more: the finger scrolls the page."""
+        self._last, self._pending = None, {}
 
     def move(self, world: World, s: int | None) -> dict[int, int]:
         """Continue the stroke to state s; return what it paints, without gaps."""
@@ -41,16 +55,20 @@ class PaintTool:
             arrows |= ({here: action, there: action} if self.tool == FOLLOW
                        else {there: self.tool})
         self._last, self._moved = s, True
-        return possible(world, arrows)
+        return {**self._take_pending(), **possible(world, arrows)}
 
     def release(self, world: World, policy: NDArray[np.int8]) -> dict[int, int]:
         """End the stroke; return what it paints if it was a click: the cell's next arrow."""
         s, self._last = self._last, None
         if s is None or self._moved or self.tool != FOLLOW or not world.free[s]:
-            return {}
+            return self._take_pending()
         after = CLICK_ORDER.index(int(policy[s])) + 1
         return next(filter(None, (possible(world, {s: a}) for a in (
             *CLICK_ORDER[after:], *CLICK_ORDER[:after]))))
+
+    def _take_pending(self) -> dict[int, int]:
+        pending, self._pending = self._pending, {}
+        return pending
 
 
 def steps_between(grid: Grid, s: int, s2: int) -> Iterator[tuple[int, int, int]]:

@@ -4,7 +4,7 @@
 import asyncio
 from collections.abc import Callable
 from concurrent.futures import Future
-from queue import Empty, SimpleQueue
+from queue import Empty, Queue
 from typing import Any
 
 from rclpy.client import Client
@@ -25,7 +25,9 @@ class ServiceClient:
     def __init__(self, node: Node) -> None:
         self._node = node
         self._clients: dict[str, Client] = {}
-        self._pending: SimpleQueue[Callable[[], None]] = SimpleQueue()
+        # Not a SimpleQueue: in Python 3.11 its `get` never returns if a signal comes and the time
+        # is over before the signal's handler has run.
+        self._pending: Queue[Callable[[], None]] = Queue()
 
     def add(self, service_type: Any, name: str) -> None:
         """Create the client of a service that will be called."""

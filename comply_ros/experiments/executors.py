@@ -6,7 +6,7 @@ from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import lru_cache
 import logging
-from queue import Empty, SimpleQueue
+from queue import Empty, Queue
 from typing import Any, NamedTuple
 
 from comply_ros.experiments import training_runs
@@ -75,7 +75,9 @@ def completed(executor: Executor, jobs: Iterable[tuple[Any, Any]], stop: StopFla
     ClusterError: if the cluster was lost, or cannot do a job.
 
     """
-    done: SimpleQueue = SimpleQueue()
+    # Not a SimpleQueue: in Python 3.11 its `get` never returns if a signal comes and the time is
+    # over before the signal's handler has run.
+    done: Queue = Queue()
     pending: dict[Any, Future] = {}
 
     def next_completed() -> Iterator[tuple[Any, Any]]:
@@ -95,7 +97,7 @@ def completed(executor: Executor, jobs: Iterable[tuple[Any, Any]], stop: StopFla
     check(stop)
 
 
-def _wait(done: SimpleQueue, stop: StopFlag) -> Any:
+def _wait(done: Queue, stop: StopFlag) -> Any:
     """Return the next key of the queue; raise KeyboardInterrupt if there is none and must stop."""
     while True:
         try:

@@ -16,13 +16,14 @@ from comply_ros.mentor.mentor_policies import MentorError, spoiled_policy
 from comply_ros.mentor.policy import PolicyError
 from comply_ros.nodes.clocks import PaceClock, steady_timer
 from comply_ros.nodes.mentor import in_background, policy_message, recommend
-from comply_ros.nodes.parameters import PATIENCE
+from comply_ros.nodes.parameters import PATIENCE, STATE_DIR
 from comply_ros.nodes.protocol_node import ProtocolNode
 from comply_ros.nodes.topics import MENTOR_POLICY, RECOMMEND, RECOMMENDATION, STATE, WORLD
 from comply_ros.protocol.human_mentor import HumanMentor
 from comply_ros.protocol.messages import Outputs, StateReward, WorldDescription
 from comply_ros.protocol.validation import rejected_description
 from comply_ros.storage.mentor_cache import mentor_policy, read_mentor_spec
+from comply_ros.storage.painting_store import PaintingStore
 from comply_ros.storage.policy_files import read_policy, write_policy
 from comply_ros.world.mdp import World
 
@@ -49,6 +50,7 @@ class HumanMentorNode(ProtocolNode):
         self._since = 0.0
         self._published_run: int | None = None
         self._has_changed, self._published = False, float('-inf')
+        self._stored = _StoredPainting(self, self.get_parameter(STATE_DIR.name).value)
         self._calls: SimpleQueue[tuple[Future, Callable[[], Any]]] = SimpleQueue()
         for topic in (RECOMMENDATION, MENTOR_POLICY):
             self.advertise(topic)
@@ -143,13 +145,19 @@ class HumanMentorNode(ProtocolNode):
     def on_world(self, msg: WorldDescription) -> Outputs:
         """Return what to publish about a world, with the map of all advice in a new run."""
         try:
-            return self._with_map(self.machine.on_world(msg))
+            outputs = self.machine.on_world(msg)
         except ValueError as error:
             return (rejected_description(error),)
+        return self._with_map(outputs)
 
     def tick(self) -> Outputs:
         """Return what to publish if another world takes the place of this one now."""
         return self._with_map(super().tick())
+
+    def leave(self) -> None:
+        """Store what was painted; the node ends."""
+        self._stored.close(self.machine)
+        super().leave()
 
     def status_text(self) -> str:
         """Return the status while all is well."""
@@ -165,13 +173,14 @@ class HumanMentorNode(ProtocolNode):
         if world is None or world.run == self._published_run:
             return outputs
         self._published_run = world.run
+        self._stored.load_into(self.machine)
         return (policy_message(self.machine), *outputs)
 
     def _set_patience(self, values: dict[str, Any]) -> None:
         self._patience = values.get(PATIENCE.name, self._patience)
 
     def _publish_changed(self) -> None:
-        self._has_changed = True
+        self._has_changed = self._stored.has_changed = True
         self._publish_if_due()
 
     def _publish_if_due(self) -> None:
@@ -188,6 +197,7 @@ class HumanMentorNode(ProtocolNode):
         elif waiting is not None and now - self._since >= self._patience:
             self.respond(self.machine.give_up())
         self._publish_if_due()
+        self._stored.save_changed(self.machine)
         while True:
             try:
                 future, function = self._calls.get_nowait()
@@ -199,6 +209,58 @@ class HumanMentorNode(ProtocolNode):
         if world is not self.machine.world:
             raise PolicyError('a policy must be for the world that is here, and that one is gone')
         self.use(policy)
+
+
+class _StoredPainting:
+    """The painting of a node in its `state_dir`; without one, nothing is stored."""
+
+    def __init__(self, node: ProtocolNode, folder: str) -> None:
+        self._logger = node.get_logger()
+        name = f'{node.get_fully_qualified_name().strip("/").replace("/", ".")}.painting'
+        self._store = PaintingStore(folder, name) if folder else None
+        self.has_changed = False  # what was painted, since it was stored
+        self._sha256 = ''  # of the map whose painting was loaded
+        self._saving: Future | None = None
+
+    def load_into(self, machine: HumanMentor) -> None:
+        """Advise by what was stored for a new world; a damaged file stays as it is."""
+        if self._store is None or machine.world is None \
+                or machine.world.grid.sha256 == self._sha256:
+            return
+        self._sha256 = machine.world.grid.sha256
+        try:
+            policy = self._store.load(machine.world)
+            if policy is not None:
+                machine.replace(policy)
+        except PolicyError as error:
+            self._logger.error(f'{error}: nothing that is painted is stored; move '
+                               f'{str(self._store.path(machine.world))!r} away and start again')
+            self._store.close()
+            self._store = None
+
+    def save_changed(self, machine: HumanMentor) -> None:
+        """Store what has changed, in the background; the next change waits for it."""
+        if self._store is None or self._saving and not self._saving.done():
+            return
+        if self._saving and (error := self._saving.exception()):
+            self._logger.error(f'{error}: tries again', throttle_duration_sec=10.0)
+            self.has_changed = True
+        self._saving = None
+        if self.has_changed and machine.edited_policy is not None and machine.world is not None:
+            self.has_changed = False
+            self._saving = in_background(self._store.save, machine.edited_policy, machine.world)
+
+    def close(self, machine: HumanMentor) -> None:
+        """Store what has changed, now."""
+        if self._store is None:
+            return
+        if self._saving:
+            self._saving.exception()  # waits for it
+        self.save_changed(machine)
+        if self._saving and (error := self._saving.exception()):
+            self._logger.error(str(error))
+        self._store.close()
+        self._store = None
 
 
 def resolve(future: Future, function: Callable[[], Any]) -> None:

@@ -141,9 +141,10 @@ ADDRESS = Parameter(
     'address', 'localhost', 'Address that the page is served on; one that other machines reach, '
     'such as 0.0.0.0, requires the token')
 PORT = Parameter('port', 8080, 'Port that the page is served on; 0: any free one', (0, 65535))
-TOKEN = Parameter(
-    'token', '', 'What a browser has to present before it sees the page; empty: nothing on '
-    'localhost, elsewhere a token is generated and printed')
+TOKEN_FILE = Parameter(
+    'token_file', '', 'File, of mode 600, with the token that a browser has to present before it '
+    'sees the page; it is created if it does not exist. The environment variable COMPLY_ROS_TOKEN '
+    'counts more. Empty: no token on localhost, elsewhere one is made and printed on the terminal')
 TEACH = Parameter(
     'teach', 'auto', 'Whether a person teaches on the page, as the node mentor: true, false (the '
     'page only watches) or auto (it watches while another mentor is heard, and offers to take '
@@ -166,7 +167,14 @@ class SafeParameterNode(Node):
     A node that declares parameters of the table above, and lives on after malformed requests.
 
     It warns of parameters on its command line that no node has. Raises ParameterError.
+
+    Attributes
+    ----------
+    rejected_parameters: names that end the node where they are given, and why.
+
     """
+
+    rejected_parameters: dict[str, str] = {}
 
     def __init__(self, name: str, **kwargs: Any) -> None:
         self._has_parameters = False
@@ -181,6 +189,8 @@ class SafeParameterNode(Node):
         LIVING_NODES.add(self)
         self._has_parameters = True
         for name in self._parameter_overrides:
+            if name in self.rejected_parameters:
+                raise ParameterError(self.rejected_parameters[name])
             prefix, dot, _ = name.partition('.')  # rcl has names with dots, as of QoS overrides
             if name not in KNOWN_NAMES and (not dot or prefix in KNOWN_NAMES):
                 self.get_logger().warning(f'parameter {name!r} is unknown and has no effect')

@@ -168,9 +168,9 @@ class ViewerNode(SafeParameterNode):
             self._warn_once('too large', f'a world must have at most {MAX_STATES} cells to be '
                             f'shown with markers, got {len(world.free)}: only its maps are shown')
             return
-        if {'trust', 'mentor_policy'} & changed:
+        if {'trust', 'mentor_policy', 'policy'} & changed:
             self._publish[views.MENTOR](views.mentor_message(
-                header, world, cell, reports.mentor_policy, reports.trust))
+                header, world, cell, reports.mentor_policy, reports.trust, reports.policy))
         if 'policy' in changed:
             self._publish[views.POLICY](
                 views.policy_message(header, world, cell, reports.policy))

@@ -128,11 +128,16 @@ def places_message(header: Header, world: World, cell: float) -> MarkerArray:
 
 
 def mentor_message(header: Header, world: World, cell: float, policy: NDArray[Any] | None,
-                   trust: NDArray[Any] | None) -> MarkerArray:
-    """Arrows of the mentor: green where the learner trusts it, red where not, else grey."""
+                   trust: NDArray[Any] | None, learned: NDArray[Any] | None) -> MarkerArray:
+    """
+    Arrows of the mentor: green where the learner trusts it, red where not, else grey.
+
+    learned: the learner's policy, -1 in states where it was never.
+    """
     states, points = _arrows(world, cell, policy, geometry.ARROW_TRIANGLES)
-    colors = GREY if trust is None else [
-        TRUST_COLORS[percent] for percent in geometry.percent(trust[states])
+    colors = GREY if trust is None or learned is None else [
+        GREY if action == NO_ACTION else TRUST_COLORS[percent]
+        for percent, action in zip(geometry.percent(trust[states]), learned[states])
         for _ in range(geometry.POINTS_PER_ARROW)]
     return MarkerArray(markers=[_marker(header, 'mentor', Marker.TRIANGLE_LIST, points,
                                         ARROW_HEIGHT * cell, colors, (1.0, 1.0, 1.0))])

@@ -39,15 +39,27 @@ def test_obstacles_side_by_side_are_one_shape():
 def test_every_arrow_is_drawn_in_the_colour_of_its_trust(world):
     policy, trust = np.full(9, NO_ACTION, dtype=np.int8), np.zeros(9, dtype=np.float32)
     policy[[0, 1, 4]], trust[1] = RIGHT, 1.0  # 4 is an obstacle
+    learned = np.full(9, UP, dtype=np.int8)
     paths = {path.get('fill'): path.get('d') for path in shapes(
-        grid_svg.mentor_arrows(world, policy, trust))}
+        grid_svg.mentor_arrows(world, policy, trust, learned))}
     assert paths == {'#cc3311': 'M20 100' + grid_svg.WIDE[RIGHT],
                      '#009e73': 'M60 100' + grid_svg.WIDE[RIGHT]}
 
 
 def test_arrows_are_grey_before_any_trust_is_known(world):
-    path, = shapes(grid_svg.mentor_arrows(world, np.full(9, UP, dtype=np.int8), None))
+    path, = shapes(grid_svg.mentor_arrows(world, np.full(9, UP, dtype=np.int8), None, None))
     assert path.get('class') == 'unknown' and path.get('d').count('M') == 7
+
+
+def test_arrows_are_grey_where_the_learner_was_never(world):
+    policy, trust = np.full(9, UP, dtype=np.int8), np.ones(9, dtype=np.float32)
+    learned = np.full(9, NO_ACTION, dtype=np.int8)
+    learned[1] = RIGHT
+    grey, green = shapes(grid_svg.mentor_arrows(world, policy, trust, learned))
+    assert grey.get('class') == 'unknown' and grey.get('d').count('M') == 6
+    assert green.get('fill') == '#009e73' and green.get('d').startswith('M60 100')
+    grey, = shapes(grid_svg.mentor_arrows(world, policy, trust, None))
+    assert grey.get('d').count('M') == 7
 
 
 def test_all_layers_are_well_formed(world):
@@ -65,5 +77,5 @@ def test_the_robot_stands_in_its_cell(world):
 def test_no_arrows_are_drawn_in_a_map_where_nobody_could_see_them(monkeypatch, world):
     monkeypatch.setattr(grid_svg, 'MAX_CELLS', 8)
     policy = np.full(9, UP, dtype=np.int8)
-    assert grid_svg.mentor_arrows(world, policy, None) == ''
+    assert grid_svg.mentor_arrows(world, policy, None, None) == ''
     assert grid_svg.learner_arrows(world, policy) == ''

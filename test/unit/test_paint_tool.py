@@ -62,3 +62,16 @@ def test_the_end_of_a_drag_is_no_click_and_nothing_is_painted_outside(world):
     assert tool.move(world, 2) == {}
     tool.press(world, None)
     assert tool.move(world, 2) == {} and tool.release(world, policy) == {}
+
+
+def test_a_finger_paints_when_it_moves_or_leaves_and_not_when_a_second_one_comes(world):
+    tool = PaintTool()
+    tool.tool = RIGHT
+    assert tool.press(world, 0, touch=True) == {}
+    tool.cancel()
+    assert tool.move(world, 1) == {} and tool.release(world, np.full(9, NO_ACTION)) == {}
+    assert tool.press(world, 0, touch=True) == {}
+    assert tool.release(world, np.full(9, NO_ACTION)) == {0: RIGHT}
+    assert tool.press(world, 0, touch=True) == {}
+    assert tool.move(world, 1) == {0: RIGHT, 1: RIGHT}
+    assert tool.release(world, np.full(9, NO_ACTION)) == {}
