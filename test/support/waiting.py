@@ -5,7 +5,7 @@ from collections.abc import Callable
 import time
 from typing import TypeVar
 
-DEADLINE = 40.0
+DEADLINE = 150.0  # seconds; a machine with much other work meets it
 Value = TypeVar('Value')
 
 
