@@ -8,7 +8,7 @@ from typing import Any
 from comply_ros.dashboard.access_control import FRAME, header, respond
 
 MAX_UNCONNECTED = 4  # pages that were sent, and from which no browser has connected yet
-CONNECT_TIMEOUT = 20.0  # seconds that a browser has to connect; then its page is freed
+CONNECT_TIMEOUT = 45.0  # seconds that a browser has to connect; then its page is freed
 MAX_PAGES = 100  # that are open
 MAX_QUEUE = 50  # requests for a page that wait
 QUEUE_TIMEOUT = 30.0  # seconds that one waits

@@ -28,7 +28,7 @@ from comply_ros.world.planning import PlanningError
 
 START_TIMEOUT = 30.0  # seconds that the server has to start
 SWITCH_INTERVAL = 1e-4  # seconds that the page may keep the interpreter while the mentor waits
-RECONNECT_TIMEOUT = 20.0  # seconds that a browser may be away, or slow, and keeps its page
+RECONNECT_TIMEOUT = 60.0  # seconds that a browser may be away, or slow, and keeps its page
 
 
 def main(argv: list[str], processes: Sequence[NodeProcess] = ()) -> int:
