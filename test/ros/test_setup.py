@@ -185,7 +185,7 @@ def test_a_started_program_imports_nothing_from_where_the_user_is(untouched, fol
     (folder / 'tools').mkdir()
     (folder / 'tools' / '__init__.py').write_text('raise SystemExit("tools of the user")')
     (untouched / 'tools').mkdir(exist_ok=True)
-    (untouched / 'tools' / 'chaos.py').write_text('print("tools of the clone")')
+    (untouched / 'tools' / '__main__.py').write_text('print("tools of the clone")')
     (untouched / 'tools' / '__init__.py').write_text('')
     done = run(untouched, untouched / 'scripts' / 'chaos', cwd=folder)
     assert (done.stdout, done.stderr) == ('tools of the clone\n', '')
