@@ -33,7 +33,8 @@ for (const type of ['keydown', 'keyup']) window.addEventListener(type, (event) =
     event.preventDefault();
   }
 }, true);
-window.addEventListener('click', (event) => {
-  if (event.detail && event.target.closest?.('.steering-switch')) document.activeElement.blur();
-});
+window.addEventListener('click', (event) => {  // the switch takes the focus after the click
+  if (event.detail && event.target.closest?.('.steering-switch'))
+    setTimeout(() => document.activeElement.blur());
+}, true);
 </script>"""

@@ -19,6 +19,7 @@ from comply_ros.learner.training import Training
 from comply_ros.mentor.policy_text import parse_policy
 from comply_ros.storage.map_files import read_map
 from comply_ros.world.mdp import World
+from examples import SEARCH
 from tools.benchmarks import c_loop, in_process, map_scaling, other_libraries
 from tools.benchmarks.interleave import Bench, BenchmarkError, ratios, Row
 from tools.benchmarks.map_scaling import room, write_advice, write_room
@@ -223,7 +224,8 @@ def benchmark(*arguments):
                           env={**os.environ, 'COLUMNS': '200'})  # pytest says 80
 
 
-@pytest.mark.parametrize('section', SECTIONS)
+# The others take longest: `scripts/test search` measures them too.
+@pytest.mark.parametrize('section', SECTIONS if SEARCH else ['loop', 'start'])
 def test_every_section_is_measured_shown_and_written(section, tmp_path, domain):
     done = benchmark('--quick', '--rounds', '1', '--only', section, '--out', str(tmp_path))
     assert done.returncode == 0, done.stderr
