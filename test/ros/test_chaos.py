@@ -34,7 +34,7 @@ def test_a_digest_that_differs_is_reported(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(chaos, 'digest_in_process', lambda options: 'f' * 64)
     monkeypatch.setattr(chaos, 'LESSONS', chaos.LESSONS[-1:])
     assert chaos.main(['chaos', '--kills', '1', '--out', str(tmp_path)]) == 1
-    output = ' '.join(capsys.readouterr().err.split())
+    output = ' '.join(capsys.readouterr().out.split())
     assert ': must be ffffffffffffffff' in output
     assert 'the digest was equal in 0 of 1 lessons' in output
 

@@ -55,7 +55,8 @@ def test_the_demo_teaches_in_the_map_of_the_name_that_was_given(
         domain, tmp_path, monkeypatch, name):
     monkeypatch.chdir(tmp_path)
     (tmp_path / name).write_text(MAP)
-    with world_and_learner(Namespace(map=name, method='sarsa'), tmp_path), ros_client() as client:
+    with world_and_learner(
+            Namespace(map=name, method='sarsa', namespace=''), tmp_path), ros_client() as client:
         client.subscribe(WORLD)
         worlds = client.received[WORLD.name]
         client.until(lambda: worlds, 'world')
