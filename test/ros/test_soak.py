@@ -99,6 +99,6 @@ def test_ctrl_c_ends_a_soak_and_its_nodes(tmp_path):
 ])
 def test_a_mistake_is_reported_before_anything_is_started(tmp_path, capsys, argv, message):
     assert soak.main(['soak', *argv, '--out', str(tmp_path)]) == 2
-    output = capsys.readouterr().out
+    output = capsys.readouterr().err
     assert output.startswith(message) and output.count('\n') == 1
     assert not (tmp_path / 'learner.log').exists()
