@@ -77,6 +77,7 @@ def test_one_finger_paints_and_two_fingers_scroll_the_page(domain, tmp_path, chr
     with running_dashboard(tmp_path) as (_, url):
         page = open_page(chromium, url, has_touch=True, is_mobile=True)
         page.set_viewport_size({'width': 390, 'height': 844})
+        wait_until(lambda: page.locator('.world').first.bounding_box()['width'] < 390, 'layout')
         finger = Finger(page)
         finger('Start', cell(page, 0, 0))
         for x in range(1, 9):

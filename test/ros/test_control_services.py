@@ -20,7 +20,7 @@ from comply_ros.world.mdp import World
 
 pytestmark = pytest.mark.usefixtures('domain')
 ARGUMENTS = {
-    'grid_world': ('-p', 'map:=bar_grid', '-p', 'seed:=3', '-p', 'rate:=100.0'),
+    'grid_world': ('-p', 'map:=bar_grid', '-p', 'seed:=3', '-p', 'rate:=20.0'),
     'mentor': ('-p', 'mentor:=noisy:0.3'),
     'learner': ('-p', 'seed:=3', '-p', 'iterations:=6', '-p', 'episodes:=4')}
 
