@@ -74,6 +74,7 @@ def test_names_are_no_markup_in_a_progress_bar(monkeypatch):
 @pytest.mark.parametrize('columns', [60, 80])
 def test_a_table_is_not_wider_than_the_terminal_and_nothing_is_cut(monkeypatch, capsys, columns):
     monkeypatch.setenv('COLUMNS', str(columns))
+    monkeypatch.setattr(console_module, 'console', console_module.PlainConsole())
     names = ['beta_implicit_off_policy', 'a' * 70]
     console_module.show_columns(('node', 'MB after 1,000,000 steps', 'MB at the end', 'growth'),
                                 [(name, '123.45', '123.45', '+0.00') for name in names])
