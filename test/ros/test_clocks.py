@@ -61,7 +61,7 @@ def node():
     rclpy.init(context=context)
     node = NodeInTime(context)
     yield node
-    node.executor_.remove_node(node)
+    node.executor_.shutdown()  # else no other executor in this process hears anything
     node.destroy_node()
     rclpy.try_shutdown(context=context)
 
