@@ -14,8 +14,10 @@ def run(name: str, argv: list[str]) -> int:
     def program() -> int:
         tool = import_module(module)
         from comply_ros.nodes.ros_start import RosStartError
+        from comply_ros.terminal.standard_output import standard_output
         try:
-            return tool.main([name, *argv])
+            with standard_output():
+                return tool.main([name, *argv])
         except RosStartError as error:
             print(f'{name}: {error}', file=sys.stderr)
             return 2
