@@ -165,7 +165,8 @@ def test_a_namespace_allows_a_second_lesson(lesson, tmp_path):
 @pytest.mark.parametrize('argv, message', [
     (('--map', 'nowhere'), "lesson: map 'nowhere': a map must be one of"),
     (('--rate', '-1'), 'lesson: rate must be 0 or lie in [0.001, 1000], got -1'),
-    (('--namespace', '2 b'), "lesson: --namespace must be a name that ROS nodes can have, got '2 b': "),
+    (('--namespace', '2 b'), 'lesson: --namespace must be a name that ROS nodes can have, got '
+                             "'2 b': "),
 ])
 def test_a_mistake_is_told_before_anything_is_started(tmp_path, argv, message):
     done = run('lesson', *SMALL, *argv, '--out', str(tmp_path))
