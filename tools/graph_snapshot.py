@@ -60,6 +60,7 @@ def main(argv: Sequence[str]) -> int:
     finally:
         rclpy.try_shutdown()
     if len(argv) > 1:
+        Path(argv[1]).mkdir(parents=True, exist_ok=True)
         for name, text in texts.items():
             (Path(argv[1]) / name).write_text(text)
     else:
