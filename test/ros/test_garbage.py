@@ -112,6 +112,7 @@ def test_ten_thousand_messages_of_garbage_leave_the_digest_and_every_node(
 
 
 @pytest.mark.usefixtures('domain')
+@pytest.mark.unsteady
 def test_a_lesson_in_a_flood_of_garbage_ends_with_its_digest_and_its_curve(
         tmp_path, context, expected):
     lesson = subprocess.Popen(

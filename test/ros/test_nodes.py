@@ -130,8 +130,6 @@ def call(node, kind, name, **request):
      'where trust is beta, got -1.0 and 2.0'),
     ('grid_world', 'seed:=-1',
      'grid_world: parameter seed must lie in [0, 9007199254740992], got -1'),
-    ('grid_world', 'rate:=5', 'grid_world: parameter rate must be a double such as 1.0 (with a '
-     'point), got 5'),
     ('grid_world', 'map:=nowhere', "grid_world: map 'nowhere': a map must be one of bar_grid, "
      'free_grid, maze, maze_as_run or a readable file (no such file or directory)'),
     ('mentor', 'mentor:=good', 'mentor: a mentor must be one of optimal, random, adversarial, '
