@@ -309,7 +309,7 @@ def test_invalid_messages_are_rejected_logged_once_and_change_nothing(
                 ('learner', topics.RECOMMENDATION, {'action': 77},
                  'a recommendation must be an action that the state has'),
                 ('grid_world', topics.ACTION, {'action': 77},
-                 'an action must be one that the cell has'),
+                 'an action must be one that the state has'),
                 ('grid_world', topics.ACTION, {'run': run_id ^ 1},
                  f'an action must belong to run {run_id}'),
                 ('grid_world', topics.ACTION, {'episode': 2},
