@@ -170,7 +170,7 @@ def test_behind_a_proxy_with_a_path_the_door_stays_there(domain):
 
 
 def test_the_address_of_all_interfaces_serves_ipv4_and_ipv6(domain):
-    with dashboard_in_terminal('-p', 'address:=::', COMPLY_ROS_TOKEN='open-sesame') as (_, text):
+    with dashboard_in_terminal('-p', 'address:="::"', COMPLY_ROS_TOKEN='open-sesame') as (_, text):
         port = re.search(r':(\d+)/', text())[1]
         for host in '127.0.0.1', '[::1]':
             assert opens(f'http://{host}:{port}/?token=open-sesame')
