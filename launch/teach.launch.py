@@ -152,6 +152,7 @@ def observers(given: dict[str, str]) -> list[Node]:
     return [Node(
         package='comply_ros', executable=name, name=name, namespace=given['namespace'],
         parameters=[given['params_file'], values], output='screen', emulate_tty=True,
+        on_exit=end_after(name, is_needed=False),
         arguments=['--ros-args', '--enclave', f'/{name}', '--log-level', given['log_level']])
         for name, values in (('record', {}), ('dashboard', {'teach': False}))
         if given[name] == 'true']

@@ -56,6 +56,17 @@ def test_a_node_that_refuses_a_parameter_fails_the_launch(tmp_path, wrong, sente
     assert done.returncode == 1
 
 
+@pytest.mark.parametrize('name, wrong', [
+    ('record', 'bag: 7'), ('dashboard', 'port: -1'), ('viewer', 'cell_size: -1.0')])
+def test_one_that_only_watches_and_refuses_a_parameter_fails_it_too(tmp_path, name, wrong):
+    file = tmp_path / 'wrong.yaml'
+    file.write_text(f'/**/{name}:\n  ros__parameters:\n    {wrong}\n')
+    done = launched(f'params_file:={file}', 'map:=bar_grid', 'mentor:=none', 'iterations:=0',
+                    f'{name}:=true', folder=tmp_path)
+    assert f'{name} ended with exit code 2' in done.stdout + done.stderr
+    assert done.returncode == 1
+
+
 @pytest.mark.parametrize('name', ['grid_world', 'mentor', 'learner'])
 def test_a_node_that_is_killed_fails_the_launch(tmp_path, name):
     process = subprocess.Popen(
