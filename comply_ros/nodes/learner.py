@@ -89,6 +89,7 @@ class LearnerNode(ProtocolNode):
         self._hears_mentor = False
         self._ends, self._finished_ticks = self.declare(END_WHEN_FINISHED), 0
         self._timeout_timer: PaceTimer | None = None
+        # `learns` first: where it differs, so does the default of `iterations`.
         self._load({'method': name, 'learns': config.learns, **asdict(config), 'seed': seed,
                     'remembers_advice': remembers})
         for topic in (DESCRIPTION, ACTION, PROGRESS, TRUST, POLICY, VALUES):

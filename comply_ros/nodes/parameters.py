@@ -176,6 +176,8 @@ class SafeParameterNode(Node):
 
     rejected_parameters: dict[str, str] = {}
 
+    has_ended = False  # whether the node has nothing more to do, which ends it
+
     def __init__(self, name: str, **kwargs: Any) -> None:
         self._has_parameters = False
         try:
@@ -316,7 +318,7 @@ def destroy_nodes() -> None:
     Destroy the nodes of this process, before rclpy shuts down.
 
     What rclpy leaves to the end of the interpreter (of several nodes, every second one) would be
-    destroyed there in any order, with the middleware gone: a segmentation fault, now and then.
+    destroyed there in any order, with the middleware gone.
     """
     for node in list(LIVING_NODES):
         LIVING_NODES.discard(node)

@@ -31,7 +31,7 @@ def run_node(make_node: Callable[[], Any], argv: list[str],
     Spin a node until it is interrupted; return the exit code of the process.
 
     make_node: called without arguments; the node's `mistake`, if set, ends it, and so does
-        `has_ended`, if it has one and it is true; its `leave()` is called at the end.
+        `has_ended`, if it is true; its `leave()` is called at the end.
     argv: the command line.
     mistakes: exception types whose message is for the user: printed on one line, exit code 2.
     spin: called with the node and the `StopFlag` instead of spinning it in the ordinary way.
@@ -89,7 +89,7 @@ def _spin(node: Any, stop: StopFlag) -> None:
     gc.freeze()  # what a node is made of is not looked through while it runs
     node.get_logger().info('ready')
     try:
-        while rclpy.ok() and not stop.is_set() and not getattr(node, 'has_ended', False):
+        while rclpy.ok() and not stop.is_set() and not node.has_ended:
             executor.spin_once(timeout_sec=POLL_PERIOD)  # spin() of the wheels loops when idle
             if node.mistake:
                 raise node.mistake

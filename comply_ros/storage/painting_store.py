@@ -7,10 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from comply_ros.mentor.policy import PolicyError
-from comply_ros.storage.file_system import path_errors, PathError
-from comply_ros.storage.name_lock import NameLock, NameTakenError
 from comply_ros.storage.policy_files import read_policy, write_policy
-from comply_ros.storage.state_store import StateError
+from comply_ros.storage.state_store import lock_state_dir
 from comply_ros.world.mdp import World
 
 DIGEST_LENGTH = 12  # hex digits of the map's SHA-256 in the name of a file
@@ -30,16 +28,7 @@ class PaintingStore:
 
     def __init__(self, folder: str | Path, name: str) -> None:
         self._name = name
-        try:
-            with path_errors():
-                self._folder = Path(folder).expanduser()
-                self._lock = NameLock(self._folder, name)
-        except PathError as error:
-            if isinstance(error.__cause__, NameTakenError):
-                raise StateError(f'state_dir {str(folder)!r} is in use by another running {name}: '
-                                 'stop that one, or give this one another state_dir') from None
-            raise StateError('state_dir must be a folder that can be written, got '
-                             f'{str(folder)!r} ({error})') from None
+        self._folder, self._lock = lock_state_dir(folder, name)
 
     def path(self, world: World) -> Path:
         """Path of the file for a world."""

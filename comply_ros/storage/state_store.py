@@ -43,6 +43,27 @@ class StateError(ValueError):
     """A state that cannot be continued; the message names the file, the rule and the value."""
 
 
+def lock_state_dir(folder: str | Path, name: str) -> tuple[Path, NameLock]:
+    """
+    Return the path of a `state_dir`, which is made, and the lock of a name in it.
+
+    Raises
+    ------
+    StateError: if the folder cannot be used, or another node uses this name in it.
+
+    """
+    try:
+        with path_errors():
+            path = Path(folder).expanduser()
+            return path, NameLock(path, name)
+    except PathError as error:
+        if isinstance(error.__cause__, NameTakenError):
+            raise StateError(f'state_dir {str(folder)!r} is in use by another running {name}: '
+                             'stop that one, or give this one another state_dir') from None
+        raise StateError('state_dir must be a folder that can be written, got '
+                         f'{str(folder)!r} ({error})') from None
+
+
 class StateStore:
     """
     Keeps the state of one node in a folder, so that it can go on after a kill.
@@ -76,16 +97,7 @@ class StateStore:
                  kinds: Sequence[type[Any]], added: Mapping[str, Any] | None = None) -> None:
         self._name, self._kinds, self._added = name, kinds, added or {}
         self._identity = json.loads(json.dumps(identity))
-        try:
-            with path_errors():
-                self._folder = Path(folder).expanduser()
-                self._lock = NameLock(self._folder, name)
-        except PathError as error:
-            if isinstance(error.__cause__, NameTakenError):
-                raise StateError(f'state_dir {str(folder)!r} is in use by another running {name}: '
-                                 'stop that one, or give this one another state_dir') from None
-            raise StateError('state_dir must be a folder that can be written, got '
-                             f'{str(folder)!r} ({error})') from None
+        self._folder, self._lock = lock_state_dir(folder, name)
         self._checkpoint = self._folder / f'{name}.checkpoint'
         self._journal, self._codec = Path(), JournalCodec(kinds, b'')
         self._file = -1  # descriptor of the journal; -1 while none is open

@@ -11,8 +11,6 @@ import signal
 from node_processes import log_has, nodes, run
 import numpy as np
 import pytest
-import rclpy
-from rclpy.node import Node
 from short_training import digest_of, LEARNER, MENTOR, received, SMALL, spin_until, trained
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
@@ -28,15 +26,6 @@ from comply_ros.world.mdp import World
 pytestmark = pytest.mark.usefixtures('domain')
 TOP = Path(__file__).parents[2]
 VIEWER = ('-p', 'map_rate:=20.0', '-p', 'robot_rate:=50.0', '-p', 'cell_size:=0.5')
-
-
-@pytest.fixture
-def node():
-    """Return a node of the test's own."""
-    context = rclpy.Context()
-    rclpy.init(context=context)
-    yield Node('test', context=context)
-    rclpy.try_shutdown(context=context)
 
 
 def test_everything_is_shown_and_the_digest_is_the_same(tmp_path, node):
