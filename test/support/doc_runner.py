@@ -120,6 +120,7 @@ class DocRunner:
     def __init__(self, folder: Path, **settings: str) -> None:
         self._folder = Path(folder)
         self.running: dict[str, subprocess.Popen] = {}
+        self._copies: dict[str, Thread] = {}  # of the output of each terminal
         self._environment = {**os.environ, 'PYTHONUNBUFFERED': '1',
                              'RCUTILS_COLORIZED_OUTPUT': '0', 'TERM': 'xterm', **settings}
 
@@ -130,7 +131,7 @@ class DocRunner:
         for process in self.running.values():
             interrupt(process)
         for process in self.running.values():
-            process.wait(20)
+            process.wait(DEADLINE)
 
     def run(self, block: Block) -> None:
         """Run a block, and wait until the expected output is there."""
@@ -150,7 +151,7 @@ class DocRunner:
         if process is None:
             return
         interrupt(process)
-        assert process.wait(20) in (0, 130, -signal.SIGINT), self._output(terminal)
+        assert process.wait(DEADLINE) in (0, 130, -signal.SIGINT), self._output(terminal)
 
     def _start(self, block: Block, terminal: str) -> None:
         """Start a command that keeps running."""
@@ -162,17 +163,18 @@ class DocRunner:
             stdin=its_end, stdout=its_end, stderr=its_end, start_new_session=True)
         os.close(its_end)
         log = self._log(terminal).open('wb')
-        Thread(target=copy_output, args=(our_end, log), daemon=True).start()
+        self._copies[terminal] = Thread(target=copy_output, args=(our_end, log), daemon=True)
+        self._copies[terminal].start()
 
     def _wait(self, block: Block, terminal: str) -> None:
         """Wait until a terminal shows the expected output."""
         process = self.running[terminal]
 
         def is_shown() -> object:
-            output = self._output(terminal)
             if process.poll() is not None:
-                raise EndedError(f'{where(block)} ended:\n{output}')
-            return pattern(block.expected).search(output)
+                self._copies[terminal].join(DEADLINE)  # until all that it printed is there
+                raise EndedError(f'{where(block)} ended:\n{self._output(terminal)}')
+            return pattern(block.expected).search(self._output(terminal))
         try:
             wait_until(is_shown, where(block))
         except AssertionError:
