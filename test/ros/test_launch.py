@@ -26,9 +26,15 @@ pytestmark = [
 
 def launched(*arguments, folder):
     """Run `ros2 launch` with the launch file in a folder, to its end."""
-    return subprocess.run([*COMMAND, 'launch', FILE, *arguments], cwd=folder, text=True,
-                          capture_output=True, timeout=DEADLINE, check=False,
-                          env={**os.environ, 'ROS_LOG_DIR': str(folder / 'log')})
+    process = subprocess.Popen(
+        [*COMMAND, 'launch', FILE, *arguments], cwd=folder, text=True, stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE, env={**os.environ, 'ROS_LOG_DIR': str(folder / 'log')})
+    try:
+        output, errors = process.communicate(timeout=DEADLINE)
+    finally:  # with its nodes: they would be heard by later tests
+        process.send_signal(signal.SIGINT)
+        process.communicate()
+    return subprocess.CompletedProcess(process.args, process.returncode, output, errors)
 
 
 def children(process):
