@@ -122,7 +122,8 @@ def run_lesson(options: TrainingOptions, disturbance: Disturbance = lambda _: nu
 
     The processes start at once, but make their nodes only when no other nodes are found on the
     topics of the lesson: loading, planning and discovery take their time together. Other nodes
-    that are found later end the lesson; with `--respawn` they cannot be told from killed ones.
+    that are found before the first iteration end the lesson; with `--respawn` they cannot be told
+    from killed ones. Those that start later become inactive, as they do beside any run.
 
     Raises NodeDied or LessonFailed if there is no outcome, PlanningError for a world without a
     shortest way to its goal.
@@ -233,8 +234,8 @@ def watch(options: TrainingOptions, monitor: RunMonitor, executor: SingleThreade
     def spin_until(is_reached: Callable[[], bool]) -> None:
         while not is_reached():
             check(stop)
-            if not options.args.respawn and monitor.most_publishers() > 1:  # found late
-                raise LessonFailed(TAKEN)
+            if not (options.args.respawn or monitor.progress) and monitor.most_publishers() > 1:
+                raise LessonFailed(TAKEN)  # they were there before, and are found late
             for process in monitor.processes:
                 if not options.args.respawn:
                     process.check()

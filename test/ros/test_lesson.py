@@ -1,19 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """A lesson is real processes, and gives the bits of `train`."""
 
-import json
 import os
 import signal
 import subprocess
 import sys
 
 from golden_digests import CHANGED, golden_digests
+from lesson_summaries import assert_equal_but_for_time, lesson_summary, trained_summary
 from node_processes import log_has, nodes, run
 import pytest
 from short_training import children
 from waiting import DEADLINE, wait_until
 
-from comply_ros.experiments import train
 from comply_ros.learner.presets import METHODS
 from comply_ros.nodes.node_processes import START
 
@@ -26,48 +25,27 @@ AS_THE_TEXT_SAYS = ('sarsa_lambda', 'vanishing', 'beta_implicit', 'explicit')
 SMALL = ('--map', 'bar_grid', '--mentor', 'noisy:0.3', '--iterations', '3', '--episodes', '5')
 
 
-def trained(folder, *argv):
-    """Return the summary of `train`."""
-    assert train.main(['train', *argv, '--out', str(folder)]) == 0
-    return json.loads((folder / 'summary.json').read_text())
-
-
-def taught(folder, *argv, timeout=DEADLINE):
-    """Return the summary of `lesson`."""
-    done = run('lesson', *argv, '--out', str(folder), timeout=timeout)
-    assert done.returncode == 0, done.stderr
-    assert 'Traceback' not in done.stderr
-    return json.loads((folder / 'summary.json').read_text())
-
-
-def assert_equal_but_for_time(one, other):
-    """Check that two summaries differ in nothing but the clock."""
-    for key in one:
-        if key not in ('wall_seconds', 'steps_per_second'):
-            assert one[key] == other[key], key
-
-
 @pytest.mark.parametrize('method', LONG)
 def test_lesson_gives_the_digest_of_train(tmp_path, method):
     argv = ('--method', method, '--iterations', str(LONG[method]), '--mentor', 'snapshot:0.5',
             '--seed', '3')
-    expected = trained(tmp_path / 'train', *argv)
+    expected = trained_summary(tmp_path / 'train', *argv)
     assert expected['steps'] >= 20_000
-    assert_equal_but_for_time(expected, taught(tmp_path / 'lesson', *argv))
+    assert_equal_but_for_time(expected, lesson_summary(tmp_path / 'lesson', *argv))
 
 
 @pytest.mark.parametrize('method', [name for name in METHODS['published'] if name not in LONG])
 def test_a_short_lesson_of_every_other_method_gives_it_too(tmp_path, method):
     assert_equal_but_for_time(
-        trained(tmp_path / 'train', *SMALL, '--method', method),
-        taught(tmp_path / 'lesson', *SMALL, '--method', method))
+        trained_summary(tmp_path / 'train', *SMALL, '--method', method),
+        lesson_summary(tmp_path / 'lesson', *SMALL, '--method', method))
 
 
 @pytest.mark.parametrize('method', AS_THE_TEXT_SAYS)
 def test_lesson_gives_the_digest_of_train_as_the_text_says(tmp_path, method):
     argv = (*SMALL, '--method', method, '--profile', 'report', '--set', 'temperature=0.7')
-    assert_equal_but_for_time(trained(tmp_path / 'train', *argv),
-                              taught(tmp_path / 'lesson', *argv))
+    assert_equal_but_for_time(trained_summary(tmp_path / 'train', *argv),
+                              lesson_summary(tmp_path / 'lesson', *argv))
 
 
 @pytest.mark.parametrize('argv', [
@@ -75,12 +53,12 @@ def test_lesson_gives_the_digest_of_train_as_the_text_says(tmp_path, method):
     ('--budget', '20', '--advising', 'important'), ('--budget', '20', '--advising', 'mistakes')])
 def test_a_mentor_with_little_advice_gives_the_same_over_topics(tmp_path, argv):
     argv = (*SMALL, *argv)
-    assert_equal_but_for_time(trained(tmp_path / 'train', *argv),
-                              taught(tmp_path / 'lesson', *argv))
+    assert_equal_but_for_time(trained_summary(tmp_path / 'train', *argv),
+                              lesson_summary(tmp_path / 'lesson', *argv))
 
 
 def test_a_lesson_leaves_results_logs_and_its_parameters(tmp_path):
-    taught(tmp_path, *SMALL)
+    lesson_summary(tmp_path, *SMALL)
     assert sorted(os.listdir(tmp_path)) == [
         'grid_world.log', 'learner.log', 'learning.npz', 'learning_curve.png', 'mentor.log',
         'mentor.txt', 'parameters.yaml', 'summary.json', 'trust_map.png']
@@ -95,7 +73,8 @@ def test_a_map_and_a_policy_from_files_are_used(tmp_path, monkeypatch):
     (tmp_path / 'mine.txt').write_text('>>G\n>>^\n')
     monkeypatch.chdir(tmp_path)
     argv = ('--map', 'mine.yaml', '--mentor', 'file:mine.txt', '--iterations', '3')
-    assert_equal_but_for_time(trained(tmp_path / 'a', *argv), taught(tmp_path / 'b', *argv))
+    assert_equal_but_for_time(trained_summary(tmp_path / 'a', *argv),
+                              lesson_summary(tmp_path / 'b', *argv))
 
 
 @pytest.fixture
@@ -151,15 +130,17 @@ def test_a_second_lesson_on_the_same_topics_is_rejected(lesson, tmp_path):
     process, _ = lesson
     done = run('lesson', *SMALL, '--out', str(tmp_path / 'second'))
     assert done.returncode == 1
-    assert done.stderr.endswith('lesson: other nodes publish on the topics of this lesson: end '
-                                'them, or give this one a --namespace of its own\n')
+    assert done.stderr.endswith((
+        'lesson: other nodes publish on the topics of this lesson: end them, or give this one a '
+        '--namespace of its own\n', "another world, 'bar_grid', came first and owns these topics"
+        '\n')), done.stderr
     assert not (tmp_path / 'second' / 'learner.log').exists()
     assert process.poll() is None  # the first one goes on
 
 
 def test_a_namespace_allows_a_second_lesson(lesson, tmp_path):
-    assert_equal_but_for_time(trained(tmp_path / 'a', *SMALL),
-                              taught(tmp_path / 'b', *SMALL, '--namespace', 'second'))
+    assert_equal_but_for_time(trained_summary(tmp_path / 'a', *SMALL),
+                              lesson_summary(tmp_path / 'b', *SMALL, '--namespace', 'second'))
 
 
 @pytest.mark.parametrize('argv, message', [
@@ -181,11 +162,13 @@ def test_a_lesson_ends_where_others_publish_however_late_they_are_found(tmp_path
         wait_until(log_has(others['grid_world'], 'ready'), 'another world')
         done = run('lesson', *SMALL, '--iterations', '1000000', '--out', str(tmp_path / 'lesson'))
     assert done.returncode == 1
-    assert done.stderr.endswith('lesson: other nodes publish on the topics of this lesson: end '
-                                'them, or give this one a --namespace of its own\n')
+    assert done.stderr.endswith((
+        'lesson: other nodes publish on the topics of this lesson: end them, or give this one a '
+        '--namespace of its own\n', "another world, 'bar_grid', came first and owns these topics"
+        '\n')), done.stderr
     assert not (tmp_path / 'lesson' / 'summary.json').exists()
 
 
 def test_a_lesson_has_its_golden_digest(tmp_path):
-    summary = taught(tmp_path, *GOLDEN['arguments'])
+    summary = lesson_summary(tmp_path, *GOLDEN['arguments'])
     assert summary['digest'] == GOLDEN['digest'], CHANGED.format('a lesson', summary['digest'])

@@ -10,6 +10,7 @@ import subprocess
 import sys
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from lesson_summaries import assert_equal_but_for_time, lesson_summary, trained_summary
 from node_processes import log_has, nodes
 import pytest
 from short_training import (
@@ -110,15 +111,15 @@ def test_a_second_world_stands_aside_and_the_first_one_goes_on(tmp_path, node):
 
 
 def test_a_lesson_goes_on_while_somebody_starts_the_nodes_twice(tmp_path):
-    from test_lesson import assert_equal_but_for_time, taught, trained
-    argv = ('--map', 'bar_grid', '--mentor', 'noisy:0.3', '--iterations', '30')
+    argv = ('--map', 'bar_grid', '--mentor', 'noisy:0.3', '--iterations', '400',
+            '--episodes', '1')
     with ExitStack() as stack:
         learner = tmp_path / 'lesson' / 'learner.log'
         waiting = subprocess.Popen([sys.executable, '-c', STARTS_TWICE, str(learner)])
         stack.callback(waiting.wait)
         stack.callback(waiting.terminate)
-        result = taught(tmp_path / 'lesson', *argv)
-    assert_equal_but_for_time(trained(tmp_path / 'train', *argv), result)
+        result = lesson_summary(tmp_path / 'lesson', *argv)
+    assert_equal_but_for_time(trained_summary(tmp_path / 'train', *argv), result)
 
 
 STARTS_TWICE = """
