@@ -11,14 +11,8 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from comply_ros.nodes.clocks import steady_timer
-from comply_ros.nodes.parameters import (
-    DEPTH,
-    FAULTS,
-    ParameterError,
-    SafeParameterNode,
-    SEED,
-    TOPICS,
-)
+from comply_ros.nodes.parameter_node import SafeParameterNode
+from comply_ros.nodes.parameters import DEPTH, FAULTS, ParameterError, SEED, TOPICS
 from comply_ros.nodes.protocol_node import PATIENCE
 from comply_ros.nodes.spin import run_node
 from comply_ros.protocol.channel_faults import fault_streams, FaultError, Faults, FaultyChannel

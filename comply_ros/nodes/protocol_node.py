@@ -9,7 +9,8 @@ from comply_ros.nodes import cdr
 from comply_ros.nodes.checkpointing import Checkpointing
 from comply_ros.nodes.clocks import steady_timer, waiting_for
 from comply_ros.nodes.diagnostics import Diagnostics, ERROR, INACTIVE, OK, WARN
-from comply_ros.nodes.parameters import SafeParameterNode, STATE_DIR
+from comply_ros.nodes.parameter_node import SafeParameterNode
+from comply_ros.nodes.parameters import STATE_DIR
 from comply_ros.nodes.topic_type_check import TopicTypeCheck
 from comply_ros.nodes.topics import decoder, encoder, LOOP, RECOMMENDATION, Topic
 from comply_ros.protocol.messages import Ignored, Inactive, Notice, Outputs, Rejected

@@ -16,7 +16,8 @@ from comply_ros.bags.bag_writer import BagWriter, latched
 from comply_ros.nodes import topics
 from comply_ros.nodes.clocks import steady_timer
 from comply_ros.nodes.diagnostics import TOPIC as DIAGNOSTICS
-from comply_ros.nodes.parameters import BAG, ParameterError, RECORDED, SafeParameterNode
+from comply_ros.nodes.parameter_node import SafeParameterNode
+from comply_ros.nodes.parameters import BAG, ParameterError, RECORDED
 from comply_ros.nodes.spin import run_node
 from comply_ros.nodes.topic_type_check import type_name
 from comply_ros.storage.file_system import printable, reason_of

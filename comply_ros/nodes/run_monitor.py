@@ -16,7 +16,7 @@ from rclpy.task import Future
 from comply_ros.nodes.clocks import steady_timer
 from comply_ros.nodes.diagnostics import INACTIVE, OK, process_name, TOPIC
 from comply_ros.nodes.node_processes import NodeProcess
-from comply_ros.nodes.parameters import SafeParameterNode
+from comply_ros.nodes.parameter_node import SafeParameterNode
 from comply_ros.nodes.topics import (
     decoder,
     MENTOR_POLICY,

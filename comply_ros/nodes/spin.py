@@ -15,7 +15,7 @@ import rclpy
 from rclpy.experimental import EventsExecutor
 
 from comply_ros.nodes.node_help import help_text
-from comply_ros.nodes.parameters import destroy_nodes
+from comply_ros.nodes.parameter_node import destroy_nodes
 from comply_ros.nodes.ros_start import RosStartError, start_rclpy
 from comply_ros.terminal.interrupts import interrupts, StopFlag
 

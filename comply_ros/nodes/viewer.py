@@ -13,6 +13,7 @@ from std_msgs.msg import Float64, Header
 from comply_ros.nodes import topics
 from comply_ros.nodes import viewer_messages as views
 from comply_ros.nodes.clocks import steady_timer, waiting_for
+from comply_ros.nodes.parameter_node import SafeParameterNode
 from comply_ros.nodes.parameters import (
     CELL_SIZE,
     FRAME,
@@ -20,7 +21,6 @@ from comply_ros.nodes.parameters import (
     ParameterError,
     ROBOT_FRAME,
     ROBOT_RATE,
-    SafeParameterNode,
     TRAIL_LENGTH,
 )
 from comply_ros.nodes.protocol_node import PATIENCE

@@ -220,7 +220,8 @@ def test_a_set_up_is_not_changed_by_settings_of_the_user(folder):
     assert json.loads(done.stdout)[0] == str(clone / '.venv')
     assert not {'target', '.local', 'lib', 'colcon'} & {path.name for path in home.iterdir()}
     variables, argv = json.loads((clone / 'install' / 'colcon.json').read_text())
-    assert not {'DESTDIR', 'CMAKE_GENERATOR', 'MAKEFLAGS', 'CFLAGS', 'PYTHONPATH', 'PYTHONHOME',
+    assert variables['MAKEFLAGS'].startswith('-j')
+    assert not {'DESTDIR', 'CMAKE_GENERATOR', 'CFLAGS', 'PYTHONPATH', 'PYTHONHOME',
                 'COLCON_LOG_PATH', 'ROS_DISTRO'} & set(variables)
     assert variables['CMAKE_PREFIX_PATH'] == str(clone / '.venv')
     assert variables['COLCON_DEFAULTS_FILE'].startswith(str(clone))
@@ -237,12 +238,13 @@ def test_packages_that_cannot_be_installed_are_named_with_the_reason(folder):
         'network, go online and start again.\n')
 
 
-@pytest.fixture
-def clone(folder) -> Path:
-    """Return a clone that is set up, to be changed."""
-    clone = make_clone(folder / 'clone')
-    assert run(clone, '-c', SHOW).returncode == 0
-    return clone
+@pytest.fixture(scope='module')
+def clone() -> Iterator[Path]:
+    """Return a clone that was set up, for tests that change it one after the other."""
+    with tempfile.TemporaryDirectory(prefix='comply_ros_') as name:
+        clone = make_clone(Path(name).resolve() / 'clone')
+        assert run(clone, '-c', SHOW).returncode == 0
+        yield clone
 
 
 def test_a_set_up_that_was_interrupted_is_done_again(clone):
@@ -288,40 +290,31 @@ def test_a_source_that_is_older_than_the_build_or_deleted_is_noticed(clone):
 
 
 def test_nothing_is_deleted_while_a_program_runs_from_it(clone):
-    running = start(clone, '-c', 'print("runs", flush=True); input(); import colcon; print("ran")')
-    try:
-        assert running.stdout.readline() == 'runs\n'
-        with (clone / 'requirements' / 'python.txt').open('a') as file:
-            file.write('# changed\n')
-        done = run(clone, '-c', SHOW)
-        assert done.returncode == 2
-        assert done.stderr == (
-            'comply_ros: has to be set up again, since its files have changed, and something '
-            f'still runs from {clone}: end it first (process {running.pid})\n')
-        output, errors = running.communicate('\n', timeout=DEADLINE)
-        assert (output, errors) == ('ran\n', '')
-    finally:
-        end(running)
-    assert '1/2' in run(clone, '-c', SHOW).stderr
-
-
-def test_nothing_is_deleted_while_a_program_that_no_script_started_has_loaded_it(clone):
-    library = clone / '.venv' / 'library.so'
+    requirements, library = clone / 'requirements' / 'python.txt', clone / '.venv' / 'library.so'
     library.write_bytes(b'as loaded')
-    program = ('import mmap, sys; f = open(sys.argv[1], "rb"); m = mmap.mmap(f.fileno(), 0, '
-               'access=mmap.ACCESS_READ); print("runs", flush=True); input()')
-    running = subprocess.Popen([sys.executable, '-c', program, str(library)], text=True,
-                               stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    started = start(clone, '-c', 'print("runs", flush=True); input(); import colcon; print("ran")')
+    loads = ('import mmap, sys; f = open(sys.argv[1], "rb"); m = mmap.mmap(f.fileno(), 0, '
+             'access=mmap.ACCESS_READ); print("runs", flush=True); input()')
+    not_started = subprocess.Popen([sys.executable, '-c', loads, str(library)], text=True,
+                                   stdin=subprocess.PIPE, stdout=subprocess.PIPE)
     try:
-        assert running.stdout.readline() == 'runs\n'
-        with (clone / 'requirements' / 'python.txt').open('a') as file:
-            file.write('# changed\n')
+        for running in (started, not_started):  # by a script
+            assert running.stdout.readline() == 'runs\n'
+        requirements.write_text(requirements.read_text() + '# changed\n')
         done = run(clone, '-c', SHOW)
-        assert done.returncode == 2
-        assert f'(process {running.pid})' in done.stderr
+        sentence, _, listed = done.stderr.partition(' (process ')
+        assert (done.returncode, sentence) == (2, (
+            'comply_ros: has to be set up again, since its files have changed, and something '
+            f'still runs from {clone}: end it first'))
+        assert set(listed.strip(')\n').split()) == {f'{started.pid}', f'{not_started.pid}'}
+        output, errors = started.communicate('\n', timeout=DEADLINE)
+        assert (output, errors) == ('ran\n', '')
+        assert f'(process {not_started.pid})' in run(clone, '-c', SHOW).stderr
         assert library.exists()
     finally:
-        running.communicate('\n', timeout=DEADLINE)
+        not_started.communicate('\n', timeout=DEADLINE)
+        end(started)
+    assert '1/2' in run(clone, '-c', SHOW).stderr
 
 
 def test_of_two_first_starts_at_the_same_time_one_sets_up(folder):

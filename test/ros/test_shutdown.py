@@ -10,7 +10,8 @@ import pytest
 pytestmark = pytest.mark.usefixtures('domain')
 PROGRAM = """
 from rclpy.exceptions import InvalidHandle
-from comply_ros.nodes.parameters import ParameterError, SafeParameterNode
+from comply_ros.nodes.parameter_node import SafeParameterNode
+from comply_ros.nodes.parameters import ParameterError
 from comply_ros.nodes.spin import run_node
 nodes = []
 def make():
