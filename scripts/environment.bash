@@ -217,7 +217,8 @@ make_build() {
   # Not the user's ~/.colcon, and none of the links that one of its options would make. On a busy
   # machine make would compile one file at a time: colcon limits it by the load.
   if ! clean env COLCON_HOME="$build/colcon" COLCON_DEFAULTS_FILE="$build/colcon/none" \
-    MAKEFLAGS="-j$(nproc)" "$venv/bin/python" -m colcon --log-base "$root/log" build --executor sequential \
+    MAKEFLAGS="-j$(nproc)" \
+    "$venv/bin/python" -m colcon --log-base "$root/log" build --executor sequential \
     --base-paths . msg_defs --build-base "$build" --install-base "$install" >"$log" 2>&1; then
     tail -n 30 "$log" >&2
     fail "colcon build failed; its whole output is in $log"
