@@ -20,6 +20,7 @@ from comply_ros.learner.learner_config import CONFIG_FIELDS
 from comply_ros.nodes import parameters, topics
 from comply_ros.nodes.diagnostics import process_name, TOPIC
 from comply_ros.nodes.node_processes import NodeProcess
+from comply_ros.nodes.parameter_node import SafeParameterNode
 from comply_ros.protocol.run_view import RunReports, RunView
 from comply_ros.world.mdp import World
 
@@ -114,7 +115,7 @@ class MentorsHeard:
                    for process, last in self._last.items())
 
 
-class DashboardNode(parameters.SafeParameterNode):
+class DashboardNode(SafeParameterNode):
     """Receives all reports of a run; `update` spins it and renews its `page_state`."""
 
     rejected_parameters = {'token': (

@@ -27,7 +27,7 @@ def test_a_lesson_says_that_another_mentor_speaks(tmp_path, name, arguments, res
     folder, output = tmp_path / 'lesson', tmp_path / 'output'
     with output.open('w') as file:
         lesson = subprocess.Popen(
-            [sys.executable, '-c', START.format('lesson'), *SMALL, '--iterations', '8',
+            [sys.executable, '-c', START.format('lesson'), *SMALL, '--iterations', '40',
              '--rate', '20', '--out', str(folder), *respawn], stdout=file, stderr=file)
     try:
         log = folder / 'learner.log'
