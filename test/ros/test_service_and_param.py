@@ -28,10 +28,17 @@ def running(tmp_path_factory):
             yield number
 
 
+def wait_until_listed(words, tool):
+    """Wait until a list has all the words: on a busy machine a node may be found late."""
+    def is_listed():
+        listed = run_tool(tool, 'list').stdout
+        return all(each in listed for each in words)
+    wait_until(is_listed, f'{words} in the list of {tool}')
+
+
 def test_a_parameter_is_listed_described_set_and_read(running):
     assert '  rate\n' in run_tool('param', 'list', '/grid_world').stdout
-    listed = run_tool('param', 'list').stdout
-    assert '/grid_world:\n  map\n' in listed and '/mentor:\n  advising\n' in listed
+    wait_until_listed(('/grid_world:\n  map\n', '/mentor:\n  advising\n'), 'param')
     assert run_tool('param', 'describe', 'grid_world', 'rate').stdout == (
         'Parameter name: rate\n  Type: double\n'
         '  Description: Steps per second; 0: as fast as possible\n'
@@ -56,7 +63,7 @@ def test_a_value_that_cannot_be_set_is_one_line_and_exit_code_1(running, argv, e
 
 
 def test_a_service_is_listed_and_called(running):
-    assert '/recommend\n' in run_tool('service', 'list').stdout
+    wait_until_listed(('/recommend\n',), 'service')
     assert run_tool('service', 'type', 'recommend').stdout == 'comply_msgs/srv/Recommend\n'
     done = run_tool('service', 'call', '/recommend', 'comply_msgs/srv/Recommend', '{state: 5}')
     assert done.returncode == 0
