@@ -11,7 +11,7 @@ from waiting import DEADLINE
 
 from tools import chaos
 
-KILLS = os.environ.get('CHAOS_KILLS', '16')
+KILLS = os.environ.get('CHAOS_KILLS', '10')
 pytestmark = pytest.mark.usefixtures('domain')
 
 
