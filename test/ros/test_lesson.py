@@ -13,15 +13,14 @@ import pytest
 from short_training import children
 from waiting import DEADLINE, wait_until
 
-from comply_ros.learner.presets import METHODS
 from comply_ros.nodes.node_processes import START
 
 pytestmark = pytest.mark.usefixtures('domain')
 
 # Iterations that make at least 20,000 steps on `maze` with half a mentor: one row of each kind.
-LONG = {'watkins': 8, 'vanishing': 6, 'beta_implicit': 12, 'head_start': 30}
+LONG = {'watkins': 8, 'beta_implicit': 12}
 GOLDEN = golden_digests('lesson')
-AS_THE_TEXT_SAYS = ('sarsa_lambda', 'vanishing', 'beta_implicit', 'explicit')
+AS_THE_TEXT_SAYS = ('sarsa_lambda', 'explicit')  # test/protocol has all methods, in one process
 SMALL = ('--map', 'bar_grid', '--mentor', 'noisy:0.3', '--iterations', '3', '--episodes', '5')
 
 
@@ -34,8 +33,8 @@ def test_lesson_gives_the_digest_of_train(tmp_path, method):
     assert_equal_but_for_time(expected, lesson_summary(tmp_path / 'lesson', *argv))
 
 
-@pytest.mark.parametrize('method', [name for name in METHODS['published'] if name not in LONG])
-def test_a_short_lesson_of_every_other_method_gives_it_too(tmp_path, method):
+@pytest.mark.parametrize('method', ['q_learning', 'jump_start'])
+def test_a_short_lesson_of_other_methods_gives_it_too(tmp_path, method):
     assert_equal_but_for_time(
         trained_summary(tmp_path / 'train', *SMALL, '--method', method),
         lesson_summary(tmp_path / 'lesson', *SMALL, '--method', method))

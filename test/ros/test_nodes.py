@@ -2,7 +2,6 @@
 """The three nodes as real processes over real topics."""
 
 from dataclasses import replace
-from itertools import permutations
 import os
 from pathlib import Path
 import random
@@ -37,8 +36,9 @@ from comply_ros.world.mdp import World
 pytestmark = pytest.mark.usefixtures('domain')
 
 
-@pytest.mark.parametrize('order', list(permutations(('grid_world', 'mentor', 'learner'))),
-                         ids='-'.join)
+@pytest.mark.parametrize('order', [
+    ('grid_world', 'mentor', 'learner'), ('mentor', 'learner', 'grid_world'),
+    ('learner', 'grid_world', 'mentor')], ids='-'.join)
 def test_nodes_start_in_any_order(tmp_path, expected, order):
     arguments = {'grid_world': SMALL, 'mentor': MENTOR, 'learner': LEARNER}
     with nodes(tmp_path, **{order[0]: arguments[order[0]]}) as first:
