@@ -17,7 +17,7 @@ from comply_ros.protocol.run_tracker import OWNED_BY_OTHER
 @pytest.fixture(autouse=True)
 def small_blocks(monkeypatch):
     """Draw few random numbers at once, since these tests make thousands of worlds."""
-    monkeypatch.setattr(rng, 'BLOCK', 4)
+    monkeypatch.setattr(rng, 'ROW_BLOCK', 4)
 
 
 def learner_alone(number):

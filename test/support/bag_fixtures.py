@@ -2,6 +2,7 @@
 """Runs of world, mentor and learner in this process, and bags of them as ROS records them."""
 
 from dataclasses import asdict, replace
+from functools import cache
 from itertools import count
 import json
 from pathlib import Path
@@ -93,22 +94,28 @@ class SimulatedRun:
 def write_bag(path, messages, storage='mcap', namespace='', chunk=200):
     """Write messages to a bag, so many in a chunk of an MCAP file; return its path."""
     bag = BagWriter(path, DEFINITIONS, storage)
-    store = get_typestore(Stores.EMPTY)
-    for name, text in DEFINITIONS.items():
-        store.register(get_types_from_msg(text, name))
     for topic in TOPIC_TYPES:
         bag.add(f'{namespace}/{topic}', message_type(topic))
     for number, (topic, msg) in zip(count(1), messages):
-        bag.write(f'{namespace}/{topic}', 10 ** 18 + number, serialize(store, topic, msg))
+        bag.write(f'{namespace}/{topic}', 10 ** 18 + number, serialize(topic, msg))
         if number % chunk == 0:
             bag.flush()
     bag.close()
     return path
 
 
-def serialize(store, topic, msg):
+@cache
+def types():
+    """Return the types of all messages, parsed once in a process."""
+    store = get_typestore(Stores.EMPTY)
+    for name, text in DEFINITIONS.items():
+        store.register(get_types_from_msg(text, name))
+    return store
+
+
+def serialize(topic, msg):
     """Return the bytes of a message."""
-    name = message_type(topic)
+    store, name = types(), message_type(topic)
     arrays = {'starts': np.uint32, 'confidence': np.float32, 'action': np.int8}
     values = {field: np.array(value, arrays[field]) if field in arrays and np.ndim(value)
               else list(value) if type(value) is tuple else value

@@ -10,7 +10,7 @@ import pytest
 from comply_ros.storage.checkpoint import CheckpointError, pack_checkpoint, unpack_checkpoint
 from examples import examples
 
-fuzz = examples(200)
+fuzz = examples(100)
 FACTS = {'steps': 2 ** 60, 'return': -1.0 / 3.0, 'last': [1, 2, None, True], 'word': 'ü\n'}
 ARRAYS = {'q': np.array([[0.1, -np.inf], [np.nan, -0.0]]), 'trail': np.arange(3),
           'none': np.zeros((0, 4))}

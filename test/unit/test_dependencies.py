@@ -37,12 +37,16 @@ STANDARD = {*sys.stdlib_module_names, 'compression'}  # the last one since Pytho
 LOADERS = {'import_module', 'importorskip'}
 
 
-@cache
 def imported_names(*folders: str) -> set[str]:
     """Top-level names of what the files of these folders import, without their own."""
     own = {path.stem for path in (TOP / 'test').rglob('*.py')} | OWN | STANDARD
-    return {name.split('.')[0] for folder in folders for path in (TOP / folder).rglob('*.py')
-            for name in names_in(ast.parse(path.read_text(encoding='utf-8')))} - own
+    return {name for folder in folders for name in names_in_folder(folder)} - own
+
+
+@cache
+def names_in_folder(folder: str) -> set[str]:
+    return {name.split('.')[0] for path in (TOP / folder).rglob('*.py')
+            for name in names_in(ast.parse(path.read_text(encoding='utf-8')))}
 
 
 def names_in(tree: ast.Module) -> Iterator[str]:

@@ -28,7 +28,7 @@ from comply_ros.world.grid import CELLS, Grid, MapError
 from comply_ros.world.mdp import World
 from examples import examples
 
-fuzz = examples(150)
+fuzz = examples(100)
 LONGEST = 300  # characters of a message, without the choices that it offers
 SLOWEST = 3.0  # seconds of processor for a small file
 

@@ -10,7 +10,7 @@ import pytest
 from comply_ros.storage.journal import DamagedError, JournalCodec
 from examples import examples
 
-fuzz = examples(200)
+fuzz = examples(100)
 
 
 class Large(NamedTuple):

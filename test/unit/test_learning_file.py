@@ -5,7 +5,7 @@ from dataclasses import replace
 import io
 import json
 
-from hypothesis import given, HealthCheck, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as st_numpy
 import numpy as np
@@ -22,11 +22,11 @@ from comply_ros.mentor.policy import PolicyError
 from comply_ros.storage.learning_file import read_learning, save_learning
 from comply_ros.storage.mentor_cache import mentor_policy, read_mentor_spec
 from comply_ros.world.grid import UP
+from examples import examples
 
 ROOM = room()
 LONGEST = 400  # characters of a message
-fuzz = settings(deadline=None, max_examples=300, database=None, derandomize=True,
-                suppress_health_check=list(HealthCheck))
+fuzz = examples(100)
 
 
 def trained(method='beta_implicit'):

@@ -2,6 +2,7 @@
 """The rooms of the package: each imports only from those before it in `ROOMS`."""
 
 import ast
+from functools import cache
 from pathlib import Path
 import subprocess
 import sys
@@ -35,8 +36,13 @@ IMPURE = {'os', 'pathlib', 'time', 'datetime', 'subprocess', 'socket', 'shutil',
           'threading', 'multiprocessing', 'random', 'secrets', 'io', 'sys'}
 
 
+@cache
 def imports(path):
     """Return the modules that a file imports, anywhere in it."""
+    return list(imports_of(path))
+
+
+def imports_of(path):
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)

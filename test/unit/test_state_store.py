@@ -20,7 +20,7 @@ from comply_ros.storage import checkpoint, state_store, versions
 from comply_ros.storage.state_store import StateError, StateStore
 from examples import examples
 
-fuzz = examples(150)
+fuzz = examples(100)
 IDENTITY = {'map': 'a hash', 'method': 'sarsa', 'seed': 3}
 
 

@@ -163,9 +163,10 @@ def test_settings_that_depend_on_each_other_are_checked_together():
 
 
 def test_too_many_runs_are_an_error():
-    many = ', '.join(f'0.{k:03}' for k in range(1000))
-    fields = ('discount', 'learning_rate', 'trace_decay', 'trace_floor', 'confidence')
+    many = ', '.join(f'0.{k:02}' for k in range(100))
+    fields = ('discount', 'learning_rate', 'trace_decay', 'trace_floor', 'confidence',
+              'confidence_factor', 'exploration_probability', 'trust_rate_factor')
     text = GOOD.replace('seeds: 3', 'seeds: 1000000').replace(
         'temperature: [0.5, 1]', '\n  '.join(f'{field}: [{many}]' for field in fields))
-    with pytest.raises(SweepFileError, match='at most 1000000 runs, got 4' + '0' * 21 + '$'):
+    with pytest.raises(SweepFileError, match='at most 1000000 runs, got 4' + '0' * 22 + '$'):
         parse_sweep(text)

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The options of a training, everything that can be wrong with them, and its results."""
 
+from concurrent.futures import Future
+from contextlib import contextmanager
 import json
 import os
 
@@ -28,6 +30,32 @@ def run(folder, *argv):
     code = train.main(['train', *SHORT, '--out', str(folder), *argv])
     path = folder / 'summary.json'
     return code, json.loads(path.read_text()) if path.exists() else None
+
+
+@pytest.fixture(scope='module')
+def trained(tmp_path_factory):
+    """Return the folder and the summary of a training."""
+    folder = tmp_path_factory.mktemp('trained')
+    code, summary = run(folder)
+    assert code == 0
+    return folder, summary
+
+
+@pytest.fixture
+def asked_plots(monkeypatch):
+    """Return the list of the plots that trainings ask for; none is drawn."""
+    asked = []
+
+    def plot(name, *arguments):
+        done = Future()
+        done.set_result(asked.append(name))
+        return done
+
+    @contextmanager
+    def plot_process():
+        yield plot
+    monkeypatch.setattr(train, 'plot_process', plot_process)
+    return asked
 
 
 def test_options_are_checked_and_resolved(tmp_path):
@@ -104,9 +132,8 @@ def test_planning_that_does_not_settle_is_reported_before_the_training(
     assert 'train: value iteration must settle within 3 sweeps' in capsys.readouterr().err
 
 
-def test_a_summary_has_its_documented_fields(tmp_path):
-    code, summary = run(tmp_path)
-    assert code == 0
+def test_a_summary_has_its_documented_fields(trained):
+    _, summary = trained
     assert set('map profile method mentor mentor_return mentor_optimality optimal_return '
                'random_return seed iterations episodes steps wall_seconds steps_per_second '
                'return_per_iteration time_to_convergence reward_ratio regret final_return '
@@ -121,25 +148,25 @@ def test_a_summary_has_its_documented_fields(tmp_path):
     assert summary['random_return'] < summary['mentor_return'] < summary['optimal_return']
 
 
-def test_learning_npz_has_the_arrays_of_the_learner(tmp_path):
-    run(tmp_path)
-    with np.load(tmp_path / 'learning.npz') as learned:
+def test_learning_npz_has_the_arrays_of_the_learner(trained):
+    folder, _ = trained
+    with np.load(folder / 'learning.npz') as learned:
         assert learned['q'].shape == (121, 4)
         assert set(learned) == {*LearnerState._fields, 'advice', 'policy', 'confidence', 'world',
                                 'settings', 'format'}
         assert ((0 <= learned['confidence']) & (learned['confidence'] <= 1)).all()
     world = World(read_map('bar_grid', 'published'))
-    assert parse_policy((tmp_path / 'mentor.txt').read_text(), world).shape == (121,)
+    assert parse_policy((folder / 'mentor.txt').read_text(), world).shape == (121,)
 
 
-def test_pictures_are_drawn(tmp_path):
-    run(tmp_path)
+def test_pictures_are_drawn(trained):
+    folder, _ = trained
     for name in ('learning_curve.png', 'trust_map.png'):
-        assert (tmp_path / name).read_bytes()[:8] == b'\x89PNG\r\n\x1a\n'
-        assert (tmp_path / name).stat().st_size > 10_000
+        assert (folder / name).read_bytes()[:8] == b'\x89PNG\r\n\x1a\n'
+        assert (folder / name).stat().st_size > 10_000
 
 
-def test_the_summary_of_many_seeds_lists_those_of_single_seeds(tmp_path):
+def test_the_summary_of_many_seeds_lists_those_of_single_seeds(tmp_path, asked_plots):
     _, many = run(tmp_path / 'many', '--seeds', '3', '--seed', '5')
     singles = [run(tmp_path / str(k), '--seed', str(k))[1] for k in (5, 6, 7)]
     for key in ('seed', 'steps', 'return_per_iteration', 'regret', 'digest', 'final_return',
@@ -155,11 +182,13 @@ def test_the_summary_of_a_training_without_a_mentor_names_none(tmp_path):
 
 
 @pytest.mark.parametrize('name', METHODS['published'])
-def test_every_method_trains_from_the_command_line(tmp_path, name):
+def test_every_method_trains_from_the_command_line(tmp_path, name, asked_plots):
     assert run(tmp_path, '--method', name)[1]['method'] == name
+    assert asked_plots == ['draw_learning_curve', 'draw_trust_map'][
+        :2 if METHODS['published'][name].needs_mentor() else 1]
 
 
-def test_only_results_are_left_in_the_folder(tmp_path):
-    run(tmp_path)
-    assert sorted(os.listdir(tmp_path)) == [
+def test_only_results_are_left_in_the_folder(trained):
+    folder, _ = trained
+    assert sorted(os.listdir(folder)) == [
         'learning.npz', 'learning_curve.png', 'mentor.txt', 'summary.json', 'trust_map.png']

@@ -34,7 +34,9 @@ def test_a_terminal_shows_red_amber_and_green():
             for code in codes] == [(215, 0, 0), (255, 175, 0), (0, 175, 95)]
 
 
-@pytest.mark.parametrize('module', ['trust_colors', 'running_mean', 'viewer_geometry'])
-def test_what_the_page_and_the_viewer_use_does_not_load_matplotlib(module):
-    code = f'import sys, comply_ros.plots.{module}; sys.exit("matplotlib" in sys.modules)'
-    assert subprocess.run([sys.executable, '-c', code], check=False).returncode == 0
+def test_what_the_page_and_the_viewer_use_does_not_load_matplotlib():
+    code = ('import sys, importlib\n'
+            'for name in ("trust_colors", "running_mean", "viewer_geometry"):\n'
+            '    importlib.import_module(f"comply_ros.plots.{name}")\n'
+            '    assert "matplotlib" not in sys.modules, name')
+    subprocess.run([sys.executable, '-c', code], check=True)
