@@ -5,6 +5,7 @@ from nicegui import ui
 
 from comply_ros.dashboard.dashboard_node import DashboardNode, PageState
 from comply_ros.dashboard.header_bar import succeeds
+from comply_ros.dashboard.lesson_nodes import WORLD
 
 SPEEDS = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, 0.0)
 
@@ -43,7 +44,7 @@ class ControlPanel:
             self._pause.text = 'Resume' if state.paused else 'Pause'
             self._pause.props(f'icon={"play_arrow" if state.paused else "pause"}')
         self._step.set_enabled(state.paused)
-        rate = state.parameters.get('grid_world', {}).get('rate')
+        rate = state.parameters.get(WORLD, {}).get('rate')
         if rate is not None and rate.value != self._rate:
             self._rate = rate.value
             self._speed.value = nearest_speed(rate.value)
@@ -52,7 +53,7 @@ class ControlPanel:
 
     async def _on_speed(self) -> None:
         rate = SPEEDS[int(self._speed.value)]
-        if not await succeeds(self._node.set_remote_parameter('grid_world', 'rate', rate)):
+        if not await succeeds(self._node.set_remote_parameter(WORLD, 'rate', rate)):
             self._speed.value = nearest_speed(self._rate or 0.0)
 
     async def _on_reset(self) -> None:
@@ -85,6 +86,5 @@ def speed_text(rate: float) -> str:
 
 def measured_rate_text(state: PageState) -> str:
     """Text of the rate that the world measures."""
-    if not state.is_alive('grid_world'):
-        return ''
-    return f'{state.nodes["grid_world"].values.get("steps per second", "?")} steps per second now'
+    status = state.status(WORLD)
+    return f'{status.values.get("steps per second", "?")} steps per second now' if status else ''

@@ -43,16 +43,17 @@ def test_there_is_no_alarm_while_all_nodes_send_their_status():
 def test_nodes_that_are_lost_and_nodes_that_never_started_are_named():
     state = page_state(grid_world=0.5, learner=7.2)
     assert alarm_text(state) == (
-        'The mentor has sent no status: start it with scripts/run mentor. '
+        'No mentor publishes on /recommendation: start one with scripts/run mentor. '
         'The learner has sent no status for 7 s: start it with scripts/run learner.')
     assert run_state_text(state) == 'stopped'
     assert health_text(state, 'learner') == ('lost: no status for 7 s', 'ill')
-    assert health_text(state, 'mentor') == ('has sent no status', '')
+    assert health_text(state, 'mentor') == (
+        'no mentor publishes on /recommendation', '')
 
 
 def test_the_alarm_gives_the_nodes_some_seconds_after_the_start():
     assert alarm_text(PageState(time=102.0, start_time=100.0)) == ''
-    assert alarm_text(PageState(time=104.0, start_time=100.0)).count('has sent no status') == 3
+    assert alarm_text(PageState(time=104.0, start_time=100.0)).count('No ') == 3
 
 
 @pytest.mark.parametrize('level, kind', [(OK, 'well'), (WARN, 'waiting'), (ERROR, 'ill')])
