@@ -4,7 +4,12 @@
 import pytest
 from tiny_worlds import grid
 
-from comply_ros.dashboard.control_panel import nearest_speed, speed_text, SPEEDS
+from comply_ros.dashboard.control_panel import (
+    later_rates,
+    nearest_speed,
+    speed_text,
+    SPEEDS,
+)
 from comply_ros.dashboard.curve_panel import progress_text, reference_text
 from comply_ros.dashboard.dashboard_node import NodeStatus, PageState, RunSnapshot
 from comply_ros.dashboard.header_bar import alarm_text, run_state_text
@@ -88,3 +93,9 @@ def test_every_speed_has_its_place_on_the_slider_and_its_text():
     assert SPEEDS[nearest_speed(300.0)] == 200.0
     assert [speed_text(rate) for rate in (1.0, 0.5, 0.0)] == [
         '1 step per second', '0.5 steps per second', 'as fast as possible']
+
+
+def test_the_slider_waits_for_the_last_rate_that_was_set_and_follows_those_of_others():
+    assert later_rates([500.0, 1000.0, 0.0], 500.0) == [1000.0, 0.0]
+    assert later_rates([500.0, 1000.0, 0.0], 0.0) == []
+    assert later_rates([500.0, 1000.0], 7.0) == [] == later_rates([], 7.0)
