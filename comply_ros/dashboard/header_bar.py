@@ -39,6 +39,7 @@ class HeaderBar:
                            'both')
         self._start_again = ui.button('Start it again', on_click=node.start_again).props(
             'outline no-caps color=negative data-testid=start-again')
+        # At the lower edge of the window: elsewhere it would move what a person paints on.
         self._alarm = ui.label().classes('alarm').props('role=alert data-testid=alarm')
 
     def show(self, state: PageState) -> None:
