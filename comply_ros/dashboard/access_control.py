@@ -8,7 +8,12 @@ import secrets
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
-from comply_ros.dashboard.guess_limit import GuessLimit
+from comply_ros.dashboard.request_rate import (
+    FREE_GUESSES,
+    RateLimit,
+    RequestRate,
+    SECONDS_PER_GUESS,
+)
 
 LOCAL_HOSTS = ('localhost', '127.0.0.1', '::1')  # addresses that only this machine reaches
 COOKIE = 'comply_ros'
@@ -35,6 +40,8 @@ FORM = FRAME.format("""<form method="post">
 LOCAL_ONLY = FRAME.format('<p>Open the page by the address that the dashboard has printed, on the '
                           'machine on which it runs.')
 OTHER_SITE = FRAME.format('<p>Another site has sent you here.<p><a href="?">Open the page</a>')
+TOO_MANY = FRAME.format('<meta http-equiv="refresh" content="5"><p>Your address sends too many '
+                        'requests: this page tries again.')
 
 
 class AccessControl:
@@ -42,15 +49,17 @@ class AccessControl:
     An ASGI application that passes on the requests of those who know the token.
 
     With an empty token, requests must be to a name of this machine. No request may come from
-    another site: browsers let any site call localhost.
+    another site: browsers let any site call localhost. Those who send too many have to wait.
 
     log: called with a sentence about a wrong token.
+    rate: of the requests of each address; by default as `request_rate` has it.
     """
 
     def __init__(self, app: Callable, token: str, log: Callable[[str], Any] = lambda text: None,
-                 ) -> None:
+                 rate: RequestRate | None = None) -> None:
         self._app, self._token, self._log = app, token, log
-        self._session, self._guesses = secrets.token_urlsafe(32), GuessLimit()
+        self._session, self._rate = secrets.token_urlsafe(32), rate or RequestRate()
+        self._guesses = RateLimit(FREE_GUESSES, SECONDS_PER_GUESS)
 
     async def __call__(self, scope: dict[str, Any], receive: Callable, send: Callable) -> None:
         """Answer one request, or reject it."""
@@ -67,7 +76,9 @@ class AccessControl:
 
     async def _answer(self, scope: dict[str, Any], receive: Callable, send: Callable) -> None:
         """Answer a request over HTTP, or reject it."""
-        if not self._is_own_site(scope):
+        if not await self._rate.admits(_address(scope)):
+            await respond(send, 429, TOO_MANY, (b'retry-after', b'5'))
+        elif not self._is_own_site(scope):
             await respond(send, 403, OTHER_SITE)
         elif self._is_known(scope):
             await self._app(scope, receive, send)
@@ -104,7 +115,7 @@ class AccessControl:
         """Set the cookie if the address or the form holds the right token; else show the form."""
         given = scope['query_string'] if scope['method'] != 'POST' else await _body(receive)
         token = parse_qs(given.decode('latin-1')).get('token', [''])[0]
-        address = (scope.get('client') or ('?',))[0]
+        address = _address(scope)
         wait = ceil(self._guesses.wait(address)) if token else 0
         if wait:
             await respond(send, 429, FORM.format(f'Too many wrong tokens: wait {wait} s.'),
@@ -115,7 +126,7 @@ class AccessControl:
             await respond(send, 303, '', (b'location', b'./'), (b'set-cookie', cookie.encode()))
         else:
             if token:
-                self._guesses.add_wrong(address)
+                self._guesses.add(address)
                 self._log(f'a visitor from {address} gave a wrong token')
             await respond(send, 401, FORM.format('This is not the token.' if token else ''))
 
@@ -135,6 +146,11 @@ async def respond(send: Callable, code: int, text: str, *headers: tuple[bytes, b
         (b'content-type', b'text/html; charset=utf-8'), (b'cache-control', b'no-store'),
         *headers]})
     await send({'type': 'http.response.body', 'body': text.encode()})
+
+
+def _address(scope: dict[str, Any]) -> str:
+    """Address that a request comes from; '?' where that is not known."""
+    return (scope.get('client') or ('?',))[0]
 
 
 def _is_same(given: str, secret: str) -> bool:

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The buttons to pause, step and reset a run, and the slider of its speed."""
 
-from nicegui import ui
+from nicegui import events, ui
 
 from comply_ros.dashboard.dashboard_node import DashboardNode, PageState
 from comply_ros.dashboard.header_bar import succeeds
+from comply_ros.dashboard.lesson_nodes import WORLD
 
 SPEEDS = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, 0.0)
 
@@ -16,6 +17,7 @@ class ControlPanel:
         self._node = node
         self._paused: bool | None = None
         self._rate: float | None = None
+        self._sent: list[float] = []  # rates that were set here and not reported yet, oldest first
         with ui.column().classes('panel'):
             with ui.row().classes('w-full items-center gap-3'):
                 ui.label('Control').classes('panel-title grow')
@@ -43,16 +45,21 @@ class ControlPanel:
             self._pause.text = 'Resume' if state.paused else 'Pause'
             self._pause.props(f'icon={"play_arrow" if state.paused else "pause"}')
         self._step.set_enabled(state.paused)
-        rate = state.parameters.get('grid_world', {}).get('rate')
+        rate = state.parameters.get(WORLD, {}).get('rate')
         if rate is not None and rate.value != self._rate:
             self._rate = rate.value
-            self._speed.value = nearest_speed(rate.value)
+            self._sent = later_rates(self._sent, rate.value)
+            if not self._sent:  # else the slider stays where it was moved to
+                self._speed.value = nearest_speed(rate.value)
             self._speed_text.text = speed_text(rate.value)
         self._measured.text = measured_rate_text(state)
 
-    async def _on_speed(self) -> None:
-        rate = SPEEDS[int(self._speed.value)]
-        if not await succeeds(self._node.set_remote_parameter('grid_world', 'rate', rate)):
+    async def _on_speed(self, event: events.GenericEventArguments) -> None:
+        rate = SPEEDS[int(event.args)]
+        if rate != self._rate or self._sent:
+            self._sent.append(rate)
+        if not await succeeds(self._node.set_remote_parameter(WORLD, 'rate', rate)):
+            self._sent = []
             self._speed.value = nearest_speed(self._rate or 0.0)
 
     async def _on_reset(self) -> None:
@@ -78,6 +85,11 @@ def nearest_speed(rate: float) -> int:
     return min(range(len(SPEEDS) - 1), key=lambda i: abs(SPEEDS[i] - rate))
 
 
+def later_rates(sent: list[float], reported: float) -> list[float]:
+    """Return which of the rates that were set, in this order, are to be reported after one."""
+    return sent[sent.index(reported) + 1:] if reported in sent else []
+
+
 def speed_text(rate: float) -> str:
     """Text of the rate that is set."""
     return f'{rate:g} step{"" if rate == 1 else "s"} per second' if rate else 'as fast as possible'
@@ -85,6 +97,5 @@ def speed_text(rate: float) -> str:
 
 def measured_rate_text(state: PageState) -> str:
     """Text of the rate that the world measures."""
-    if not state.is_alive('grid_world'):
-        return ''
-    return f'{state.nodes["grid_world"].values.get("steps per second", "?")} steps per second now'
+    status = state.status(WORLD)
+    return f'{status.values.get("steps per second", "?")} steps per second now' if status else ''

@@ -13,6 +13,15 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from std_srvs.srv import SetBool, Trigger
 
+from comply_ros.dashboard.lesson_nodes import (
+    DEFAULT_NODES,
+    LEARNER,
+    LessonNode,
+    LessonNodes,
+    missing_text,
+    ROLES,
+    WORLD,
+)
 from comply_ros.dashboard.reference_returns import ReferenceReturnsCache
 from comply_ros.dashboard.remote_parameters import RemoteParameter, RemoteParameters
 from comply_ros.dashboard.service_client import ServiceCallError, ServiceClient
@@ -27,22 +36,20 @@ from comply_ros.world.mdp import World
 PERIOD = 0.1  # seconds between two updates of the page's state
 MAX_CALLBACKS = 60  # in one update
 MAX_IDLE_CALLBACKS = 8  # in a row that bring no report: then an update has received enough
-EXPECTED_NODES = ('grid_world', 'mentor', 'learner')
-MENTOR = 'mentor'
-MAX_OTHER_NODES = 9  # with a row on the page, besides those
+MAX_OTHER_NODES = 9  # with a row on the page, besides world, mentor and learner
 MAX_STATUS_LENGTH, MAX_STATUS_VALUES = 200, 50  # characters, and values, that are kept of a status
 FORGOTTEN_AFTER = 60.0  # seconds without a status after which the row of another node is removed
-LESSON_TOPICS = (topics.WORLD, topics.STATE, topics.RECOMMENDATION, topics.ACTION,
-                 topics.PROGRESS, topics.EPISODE)  # who publishes on one of them takes part
 LOST_AFTER = 3.5  # seconds without a status after which a node counts as lost
-PAUSE, STEP, RESET, RESET_LEARNER = (
-    'grid_world/pause', 'grid_world/step', 'grid_world/reset', 'learner/reset')
+# Services of the nodes that have these roles, and their types.
+SERVICES = {WORLD: {'pause': SetBool, 'step': Trigger, 'reset': Trigger},
+            LEARNER: {'reset': Trigger}}
 # The learner's parameters on the page, by name: description, and choices where there are any.
 LEARNER_PARAMETERS = {
     **{name: (field.metadata['text'], field.metadata.get('choices'))
        for name, field in CONFIG_FIELDS.items()},
     **{each.name: (each.description, each.choices)
        for each in (parameters.REMEMBERS_ADVICE, parameters.ADVICE_TIMEOUT)}}
+PARAMETERS = {WORLD: ('rate',), LEARNER: tuple(LEARNER_PARAMETERS)}  # that the page sets
 # Of states and actions only the newest counts, and a publisher must never wait for the page.
 NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT,
                     durability=DurabilityPolicy.VOLATILE)
@@ -71,7 +78,8 @@ class PageState(NamedTuple):
     run: RunSnapshot = RunSnapshot()
     reference_returns: tuple[float | None, float | None] = (None, None)  # of (optimal, mentor)
     nodes: dict[str, NodeStatus] = {}
-    parameters: dict[str, dict[str, RemoteParameter]] = {}  # by node, then by parameter
+    roles: dict[str, LessonNode] = DEFAULT_NODES  # which node has each role
+    parameters: dict[str, dict[str, RemoteParameter]] = {}  # by role, then by parameter
     time: float = 0.0  # of this state, by the steady clock
     start_time: float = 0.0  # of the dashboard
     other_mentors: int = 0  # that are heard, besides the one of the page
@@ -86,11 +94,21 @@ class PageState(NamedTuple):
         silence = self.silence(name)
         return silence is not None and silence < LOST_AFTER
 
+    def is_here(self, role: str) -> bool:
+        """Whether the node of a role is alive, as far as one that never sends a status says."""
+        node = self.roles[role]
+        return self.is_alive(node.name) or node.is_publishing and node.name not in self.nodes
+
+    def status(self, role: str) -> NodeStatus | None:
+        """Return the status of the node that has a role; None if it has sent none lately."""
+        name = self.roles[role].name
+        return self.nodes[name] if self.is_alive(name) else None
+
     @property
     def paused(self) -> bool:
         """Whether the world reports that it is paused."""
-        return self.is_alive('grid_world') and self.nodes['grid_world'].message.startswith(
-            'is paused')
+        status = self.status(WORLD)
+        return status is not None and status.message.startswith('is paused')
 
 
 class MentorsHeard:
@@ -130,15 +148,11 @@ class DashboardNode(SafeParameterNode):
         self.page_state, self._start_time = PageState(), time.monotonic()
         self._run_view, self._reference_returns = RunView(), ReferenceReturnsCache()
         self._nodes: dict[str, NodeStatus] = {}
-        self._lesson_nodes: set[str] = {*EXPECTED_NODES}
+        self._lesson_nodes = LessonNodes(self)
         self._last_tick, self._received_reports = 0.0, 0
         self._service_client = ServiceClient(self)
-        self._remote_parameters = {
-            name: RemoteParameters(name, names, self._service_client) for name, names in (
-                ('grid_world', ('rate',)), ('learner', LEARNER_PARAMETERS))}
-        self._service_client.add(SetBool, PAUSE)
-        for name in (STEP, RESET, RESET_LEARNER):
-            self._service_client.add(Trigger, name)
+        self._remote_parameters: dict[str, RemoteParameters] = {}  # by role
+        self._make_clients()
         self.processes: list[NodeProcess] = []  # started for the page, which tells if they end
         self._mentors = MentorsHeard()
         self._subscribe_to_all()
@@ -154,15 +168,15 @@ class DashboardNode(SafeParameterNode):
             self._last_tick = now
             self._run_view.tick()
             self._update_lesson_nodes(now)
-            for name, remote in self._remote_parameters.items():
-                if name in self._nodes:
+            for role, remote in self._remote_parameters.items():
+                if self.page_state.is_here(role):
                     remote.tick()
         run = RunSnapshot(self._run_view.world, copy.copy(self._run_view.reports))
         self.page_state = PageState(
             run, self._reference_returns.get(run.world, run.reports.mentor_policy),
-            {**self._nodes}, {name: each.current for name, each in
-                              self._remote_parameters.items()}, now, self._start_time,
-            self.other_mentors(), self._ended())
+            {**self._nodes}, {**self._lesson_nodes.by_role},
+            {role: each.current for role, each in self._remote_parameters.items()}, now,
+            self._start_time, self.other_mentors(), self._ended())
 
     def mentor_publishers(self) -> int:
         """Return how many publishers of recommendations there are."""
@@ -201,31 +215,50 @@ class DashboardNode(SafeParameterNode):
 
     async def set_paused(self, paused: bool) -> None:
         """Pause or resume the world; raises ServiceCallError, as all that follow."""
-        await self._call(PAUSE, SetBool.Request(data=paused))
+        await self._call(WORLD, 'pause', SetBool.Request(data=paused))
 
     async def step(self) -> None:
         """Have a paused world make one step."""
-        await self._call(STEP, Trigger.Request())
+        await self._call(WORLD, 'step', Trigger.Request())
 
     async def reset(self) -> None:
         """Reset the learner, which forgets everything, and the world, paused meanwhile."""
         paused = self.page_state.paused
         await self.set_paused(True)
         try:
-            await self._call(RESET_LEARNER, Trigger.Request())
-            await self._call(RESET, Trigger.Request())
+            await self._call(LEARNER, 'reset', Trigger.Request())
+            await self._call(WORLD, 'reset', Trigger.Request())
         finally:
             if not paused:
                 await self.set_paused(False)
 
-    async def set_remote_parameter(self, node_name: str, name: str, value: Any) -> None:
-        """Set a parameter of another node."""
-        await self._remote_parameters[node_name].set(name, value)
+    async def set_remote_parameter(self, role: str, name: str, value: Any) -> None:
+        """Set a parameter of the node that has a role."""
+        self._check(role)
+        await self._remote_parameters[role].set(name, value)
 
-    async def _call(self, name: str, request: Any) -> None:
-        response = await self._service_client.call(name, request)
+    async def _call(self, role: str, service: str, request: Any) -> None:
+        name = self._check(role)
+        response = await self._service_client.call(f'{name}/{service}', request)
         if not response.success:
             raise ServiceCallError(response.message)
+
+    def _check(self, role: str) -> str:
+        """Return the name of the node that has a role; raises ServiceCallError without one."""
+        node = self._lesson_nodes.by_role[role]
+        if not node.is_publishing and node.name not in self._nodes:
+            raise ServiceCallError(missing_text(role, node))
+        return node.name
+
+    def _make_clients(self) -> None:
+        """Make what calls the services of the nodes that have the roles now."""
+        for role, node in self._lesson_nodes.by_role.items():
+            for service, kind in SERVICES.get(role, {}).items():
+                self._service_client.add(kind, f'{node.name}/{service}')
+            remote = self._remote_parameters.get(role)
+            if role in PARAMETERS and (remote is None or remote.node_name != node.name):
+                self._remote_parameters[role] = RemoteParameters(
+                    node.name, PARAMETERS[role], self._service_client)
 
     def _subscribe_to_all(self) -> None:
         for topic in (topics.STATE, topics.ACTION, topics.EPISODE):
@@ -248,15 +281,15 @@ class DashboardNode(SafeParameterNode):
 
     def _on_diagnostics(self, msg: DiagnosticArray) -> None:
         for status in msg.status:
-            name = self._name_here(status.name)
+            name = self._lesson_nodes.local_name(status.name)
             if not self._has_row(name):
                 continue
-            if name == MENTOR:
+            if self._lesson_nodes.is_mentor(name):
                 self._mentors.add(status.hardware_id)
             before = self._nodes.get(name)
-            if name in self._remote_parameters and (
-                    before is None or before.process != status.hardware_id):
-                self._remote_parameters[name].current = {}  # of a new process: to be read again
+            if before is None or before.process != status.hardware_id:
+                for remote in self._remotes(name):
+                    remote.current = {}  # of a new process: to be read again
             self._nodes[name] = NodeStatus(
                 status.level, ' '.join(status.message.split())[:MAX_STATUS_LENGTH],
                 {each.key: each.value for each in status.values[:MAX_STATUS_VALUES]},
@@ -264,27 +297,28 @@ class DashboardNode(SafeParameterNode):
 
     def _has_row(self, name: str) -> bool:
         """Whether a node has a row on the page, or may get one."""
-        others = self._nodes.keys() - set(EXPECTED_NODES)
-        return name in self._lesson_nodes and (
-            name in EXPECTED_NODES or name in others or len(others) < MAX_OTHER_NODES)
+        expected = self._expected_nodes()
+        others = self._nodes.keys() - expected
+        return name in self._lesson_nodes.names and (
+            name in expected or name in others or len(others) < MAX_OTHER_NODES)
+
+    def _expected_nodes(self) -> set[str]:
+        """Names of the nodes that have the roles, and of those that may get them by name."""
+        return {*ROLES, *(each.name for each in self._lesson_nodes.by_role.values())}
 
     def _update_lesson_nodes(self, now: float) -> None:
         """Look for the nodes that take part in this lesson; forget others that are gone."""
-        self._lesson_nodes = {*EXPECTED_NODES, *(
-            self._name_here(f'{each.node_namespace.rstrip("/")}/{each.node_name}')
-            for topic in LESSON_TOPICS
-            for each in self.get_publishers_info_by_topic(
-                self.resolve_topic_name(topic.name)))} - {''}
+        self._lesson_nodes.update(self.page_state.is_alive)
+        self._make_clients()
+        expected = self._expected_nodes()
         for name in [*self._nodes]:
-            if name not in EXPECTED_NODES and now - self._nodes[name].received > FORGOTTEN_AFTER:
+            if name not in expected and now - self._nodes[name].received > FORGOTTEN_AFTER:
                 del self._nodes[name]
 
     def _on_parameter_event(self, msg: ParameterEvent) -> None:
-        name = self._name_here(msg.node)
-        if name in self._remote_parameters:
-            self._remote_parameters[name].on_change(msg.changed_parameters)
+        for remote in self._remotes(self._lesson_nodes.local_name(msg.node)):
+            remote.on_change(msg.changed_parameters)
 
-    def _name_here(self, full_name: str) -> str:
-        """Name of a node of this namespace, '' for one of another."""
-        namespace, _, name = full_name.rpartition('/')
-        return name if namespace.strip('/') == self.get_namespace().strip('/') else ''
+    def _remotes(self, node_name: str) -> list[RemoteParameters]:
+        return [each for each in self._remote_parameters.values()
+                if each.node_name == node_name]

@@ -8,10 +8,10 @@ from nicegui import ui
 
 from comply_ros.dashboard.dashboard_node import (
     DashboardNode,
-    EXPECTED_NODES,
     LOST_AFTER,
     PageState,
 )
+from comply_ros.dashboard.lesson_nodes import LEARNER, missing_text, WORLD
 from comply_ros.dashboard.mentor_seat import MentorSeat
 from comply_ros.dashboard.service_client import ServiceCallError
 
@@ -39,6 +39,7 @@ class HeaderBar:
                            'both')
         self._start_again = ui.button('Start it again', on_click=node.start_again).props(
             'outline no-caps color=negative data-testid=start-again')
+        # At the lower edge of the window: elsewhere it would move what a person paints on.
         self._alarm = ui.label().classes('alarm').props('role=alert data-testid=alarm')
 
     def show(self, state: PageState) -> None:
@@ -59,7 +60,7 @@ def run_state_text(state: PageState) -> str:
     """Text of what the run does."""
     if state.run.reports.description is None:
         return 'no world yet'
-    if not (state.is_alive('grid_world') and state.is_alive('learner')):
+    if not (state.is_here(WORLD) and state.is_here(LEARNER)):
         return 'stopped'
     if state.paused:
         return 'paused'
@@ -73,16 +74,22 @@ def alarm_text(state: PageState, mentors: int = 1) -> str:
     if mentors > 1:
         sentences.append(f'{mentors} mentors speak: the learner uses the advice of all, and the '
                          'same options need not give the same bits. End all but one.')
-    for name in EXPECTED_NODES:
-        if name in state.ended:
-            continue
-        silence = state.silence(name)
-        just_started = silence is None and state.time - state.start_time < LOST_AFTER
-        if not state.is_alive(name) and not just_started:
-            since = '' if silence is None else f' for {silence:.0f} s'
-            sentences.append(f'The {name} has sent no status{since}: '
-                             f'start it with scripts/run {name}.')
-    return ' '.join(sentences)
+    sentences += [absence_text(state, role) for role in state.roles
+                  if role not in state.ended and not state.is_here(role)]
+    return ' '.join(filter(None, sentences))
+
+
+def absence_text(state: PageState, role: str) -> str:
+    """Sentence on a role without a node, or with a lost one; '' soon after the start."""
+    node = state.roles[role]
+    silence = state.silence(node.name)
+    if silence is not None:
+        how = f'with scripts/run {role}' if node.name == role else 'again'
+        return f'The {node.name} has sent no status for {silence:.0f} s: start it {how}.'
+    if state.time - state.start_time < LOST_AFTER:
+        return ''
+    missing = missing_text(role, node)
+    return f'{missing[0].upper()}{missing[1:]}: start one with scripts/run {role}.'
 
 
 def show_error(text: str) -> None:

@@ -5,7 +5,8 @@ from collections import Counter
 
 from nicegui import ui
 
-from comply_ros.dashboard.dashboard_node import EXPECTED_NODES, PageState
+from comply_ros.dashboard.dashboard_node import PageState
+from comply_ros.dashboard.lesson_nodes import missing_text
 from comply_ros.nodes.diagnostics import OK, WARN
 
 DOTS = {OK: 'well', WARN: 'waiting'}  # CSS class by level; every other level is 'ill'
@@ -21,7 +22,7 @@ class HealthPanel:
 
     def show(self, state: PageState) -> None:
         """Show a state of the page."""
-        shown = dict.fromkeys((*EXPECTED_NODES, *state.nodes))
+        shown = dict.fromkeys((*(each.name for each in state.roles.values()), *state.nodes))
         for name in [each for each in self._rows if each not in shown]:
             row, *_ = self._rows.pop(name)
             row.delete()
@@ -40,7 +41,9 @@ class HealthPanel:
 def health_text(state: PageState, name: str) -> tuple[str, str]:
     """Text on a node, and the CSS class of its dot: '' for a node that never sent a status."""
     if name not in state.nodes:
-        return 'has sent no status', ''
+        role, node = next(each for each in state.roles.items() if each[1].name == name)
+        return (f'publishes on {node.topic}, and has sent no status' if node.is_publishing
+                else missing_text(role, node)), ''
     if not state.is_alive(name):
         return f'lost: no status for {state.silence(name):.0f} s', 'ill'
     status, counts = state.nodes[name], Counter()

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The page: its panels, how they look, and their renewal ten times a second."""
+"""The page: its panels, how they look, and their renewal up to ten times a second."""
 
 import asyncio
+from collections.abc import Awaitable, Callable
+from contextlib import suppress
 from typing import Any
 
 from nicegui import app, ui
@@ -17,7 +19,8 @@ from comply_ros.dashboard.mentor_seat import MentorSeat
 from comply_ros.dashboard.parameters_panel import ParametersPanel
 from comply_ros.plots.trust_colors import trust_color
 
-PERIOD = 0.1  # seconds between two renewals
+PERIOD = 0.1  # seconds between two renewals, at least
+ANSWER_TIMEOUT = 10.0  # seconds that a renewal waits for a browser that does not answer
 CSS = """
 :root { --cell: #ffffff; --line: #e3e6ea; --wall: #aeb6c0; --ink: #1f2933; --soft: #5d6875;
         --learner: #0072B2; --halo: #ffffff; --page: #f3f5f7; --unknown: #9aa3ad;
@@ -26,7 +29,7 @@ CSS = """
         --learner: #6cbcf0; --halo: #14181c; --page: #14181c; --unknown: #7b8794;
         --good: #3cc79a; --bad: #ff8f78; --warn: #f0b840; }
 body { background: var(--page); color: var(--ink); } .nicegui-content { padding: 0; }
-.frame { width: 100%; max-width: 1500px; margin: 0 auto; padding: 12px 16px 24px; gap: 12px; }
+.frame { width: 100%; max-width: 1500px; margin: 0 auto; padding: 12px 16px 96px; gap: 12px; }
 .columns { display: grid; width: 100%; gap: 12px; align-items: start;
            grid-template-columns: minmax(0, 1.15fr) minmax(0, 1fr); }
 .side { width: 100%; gap: 12px; flex-wrap: nowrap; }
@@ -60,8 +63,9 @@ body { background: var(--page); color: var(--ink); } .nicegui-content { padding:
 .robot .eye { fill: #ffffff; stroke: none; }
 .waits { fill: none; stroke: #6d3fc0; stroke-width: 3; animation: waits 0.8s infinite alternate; }
 @keyframes waits { from { opacity: 0.15; } to { opacity: 1; } }
-.alarm { width: 100%; padding: 8px 14px; border-radius: 10px; font-weight: 500;
-         background: #fbe3dc; color: #8a1f09; }
+.alarm { position: fixed; inset: auto 16px 12px; max-width: 1468px; max-height: 40vh;
+         z-index: 1000; margin: 0 auto; overflow-y: auto; padding: 8px 14px; border-radius: 10px;
+         font-weight: 500; background: #fbe3dc; color: #8a1f09; }
 .alarm { white-space: pre-wrap; overflow-wrap: anywhere; }
 .body--dark .alarm { background: #43190f; color: #ffb9a7; }
 .scale { height: 8px; width: 110px; border-radius: 4px; background: linear-gradient(
@@ -103,16 +107,31 @@ def build_page(node: DashboardNode, seat: MentorSeat) -> None:
         for panel in panels:
             panel.show(node.page_state)
 
+    client = ui.context.client
+
+    async def browser_answers() -> None:
+        with suppress(TimeoutError):
+            await client.run_javascript('null', timeout=ANSWER_TIMEOUT)
+
     async def renew() -> None:
-        while True:  # until the page is closed, which cancels this
-            if seat.thread is not mentor_thread:
-                ui.navigate.reload()  # with the tools of a mentor, or without
-                return
-            try:
-                show()
-            except Exception as error:  # noqa: BLE001 - it is logged, and the page goes on
-                app.handle_exception(error)
-            await asyncio.sleep(PERIOD)
+        await keep_showing(show, lambda: seat.thread is not mentor_thread, browser_answers)
+        ui.navigate.reload()  # with the tools of a mentor, or without
     show()
     # A `ui.timer` that repeats measures by the system clock; asyncio.sleep has a steady one.
     ui.timer(0.0, renew, once=True)
+
+
+async def keep_showing(show: Callable[[], None], is_outdated: Callable[[], bool],
+                       browser_answers: Callable[[], Awaitable[None]]) -> None:
+    """
+    Show the state every 0.1 s until the page is outdated, or is closed, which cancels this.
+
+    browser_answers: returns when the browser has drawn level. A slow one is sent less: what waits
+        for it would keep it from what its user does.
+    """
+    while not is_outdated():
+        try:
+            show()
+        except Exception as error:  # noqa: BLE001 - it is logged, and the page goes on
+            app.handle_exception(error)
+        await asyncio.gather(asyncio.sleep(PERIOD), browser_answers())

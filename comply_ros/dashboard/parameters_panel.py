@@ -7,6 +7,7 @@ from nicegui import ui
 
 from comply_ros.dashboard.dashboard_node import DashboardNode, LEARNER_PARAMETERS, PageState
 from comply_ros.dashboard.header_bar import succeeds
+from comply_ros.dashboard.lesson_nodes import LEARNER
 from comply_ros.dashboard.remote_parameters import RemoteParameter
 
 
@@ -28,7 +29,7 @@ class ParametersPanel:
 
     def show(self, state: PageState) -> None:
         """Show a state of the page: an input changes where its value changed, by whomever."""
-        parameters = state.parameters.get('learner', {})
+        parameters = state.parameters.get(LEARNER, {})
         if parameters is self._shown or not parameters:
             return
         if not self._inputs:
@@ -66,7 +67,7 @@ class ParametersPanel:
         if value is not None and isinstance(before, int | float) and not isinstance(before, bool):
             value = type(before)(value)
         if value is None or value == before or not await succeeds(
-                self._node.set_remote_parameter('learner', name, value)):
+                self._node.set_remote_parameter(LEARNER, name, value)):
             element.value = before
 
     def _on_search(self) -> None:

@@ -6,6 +6,7 @@ from concurrent.futures import Future
 from typing import Any, NamedTuple
 
 from rcl_interfaces.msg import Parameter as ParameterMsg
+from rcl_interfaces.msg import ParameterType
 from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters
 from rclpy.parameter import Parameter as RosParameter
 from rclpy.parameter import parameter_value_to_python
@@ -26,7 +27,7 @@ class RemoteParameters:
     """Parameters of one node: read by services at first, then kept up to date by its events."""
 
     def __init__(self, node_name: str, names: Iterable[str], client: ServiceClient) -> None:
-        self._node_name, self._names, self._client = node_name, list(names), client
+        self.node_name, self._names, self._client = node_name, list(names), client
         self.current: dict[str, RemoteParameter] = {}  # never changed in place; empty: unknown
         self._answers: tuple[Future, ...] = ()  # of the `READERS`
         for name, service_type in {**READERS, 'set_parameters': SetParameters}.items():
@@ -39,10 +40,11 @@ class RemoteParameters:
             values, descriptions = (each.result() for each in answers)
             self.current = {
                 each.name: RemoteParameter(parameter_value_to_python(value), not each.read_only)
-                for each, value in zip(descriptions.descriptors, values.values)}
+                for each, value in zip(descriptions.descriptors, values.values)
+                if value.type != ParameterType.PARAMETER_NOT_SET}  # such as of a world of others
         if not self.current:
             self._answers = tuple(
-                self._client.send(f'{self._node_name}/{name}', kind.Request(names=self._names))
+                self._client.send(f'{self.node_name}/{name}', kind.Request(names=self._names))
                 for name, kind in READERS.items())
 
     def on_change(self, changed: Iterable[ParameterMsg]) -> None:
@@ -54,9 +56,9 @@ class RemoteParameters:
     async def set(self, name: str, value: Any) -> None:
         """Set one parameter, for the page; raises ServiceCallError with the node's reason."""
         response = await self._client.call(
-            f'{self._node_name}/set_parameters', SetParameters.Request(
+            f'{self.node_name}/set_parameters', SetParameters.Request(
                 parameters=[RosParameter(name, value=value).to_parameter_msg()]))
         result, = response.results
         if not result.successful:
             raise ServiceCallError(
-                result.reason or f'{self._node_name} has rejected {name}: {value!r}')
+                result.reason or f'{self.node_name} has rejected {name}: {value!r}')

@@ -30,8 +30,9 @@ class ServiceClient:
         self._pending: Queue[Callable[[], None]] = Queue()
 
     def add(self, service_type: Any, name: str) -> None:
-        """Create the client of a service that will be called."""
-        self._clients[name] = self._node.create_client(service_type, name)
+        """Create the client of a service that will be called, once."""
+        if name not in self._clients:
+            self._clients[name] = self._node.create_client(service_type, name)
 
     async def call(self, name: str, request: Any) -> Any:
         """Return the response of a service, for the page; raises ServiceCallError if none came."""
@@ -55,7 +56,7 @@ class ServiceClient:
             else:
                 future.set_exception(ServiceCallError(
                     f'service {name} must be there to be called, and is not: is the node '
-                    f'{name.partition("/")[0]} running?'))
+                    f'{name.rpartition("/")[0]} running?'))
         self._pending.put(call)
         return future
 

@@ -61,10 +61,12 @@ def test_an_alarm_is_shown_while_the_learner_is_lost(domain, tmp_path, chromium)
     with running_dashboard(tmp_path) as (running, url):
         page = open_page(chromium, url)
         wait_for(page, 'run-state', 'running')
+        place = page.locator('.world').first.bounding_box()
         running['learner'].kill()
         wait_for(page, 'alarm', r'The learner has sent no status for \d+ s')
         wait_for(page, 'health-learner', 'lost: no status')
         assert text_of(page, 'run-state') == 'stopped'
+        assert page.locator('.world').first.bounding_box() == place
         running['learner'].start()
         wait_for(page, 'run-state', 'running')
         wait_until(lambda: not page.get_by_test_id('alarm').is_visible(), 'end of the alarm')

@@ -1,11 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The page in a real browser, among pages of other sites."""
 
-from contextlib import contextmanager
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from threading import Thread
-
 from browser import browser, running_dashboard
+from http_server import http_server
 import pytest
 from waiting import DEADLINE
 
@@ -16,24 +13,9 @@ def chromium():
         yield chromium
 
 
-@contextmanager
 def site(html):
     """Serve a page of another site; give its URL."""
-    class Handler(BaseHTTPRequestHandler):
-        def do_GET(self):  # noqa: N802 - the name is given
-            self.send_response(200)
-            self.send_header('content-type', 'text/html')
-            self.end_headers()
-            self.wfile.write(html.encode())
-
-        def log_message(self, *_):
-            pass
-    server = ThreadingHTTPServer(('127.0.0.1', 0), Handler)
-    Thread(target=server.serve_forever, daemon=True).start()
-    try:
-        yield f'http://127.0.0.1:{server.server_port}/'
-    finally:
-        server.shutdown()
+    return http_server(lambda request: (200, [('content-type', 'text/html')], html.encode()))
 
 
 def test_no_page_frames_ours_and_its_own_policy_breaks_nothing(domain, tmp_path, chromium):

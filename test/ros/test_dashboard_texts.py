@@ -4,7 +4,12 @@
 import pytest
 from tiny_worlds import grid
 
-from comply_ros.dashboard.control_panel import nearest_speed, speed_text, SPEEDS
+from comply_ros.dashboard.control_panel import (
+    later_rates,
+    nearest_speed,
+    speed_text,
+    SPEEDS,
+)
 from comply_ros.dashboard.curve_panel import progress_text, reference_text
 from comply_ros.dashboard.dashboard_node import NodeStatus, PageState, RunSnapshot
 from comply_ros.dashboard.header_bar import alarm_text, run_state_text
@@ -43,16 +48,17 @@ def test_there_is_no_alarm_while_all_nodes_send_their_status():
 def test_nodes_that_are_lost_and_nodes_that_never_started_are_named():
     state = page_state(grid_world=0.5, learner=7.2)
     assert alarm_text(state) == (
-        'The mentor has sent no status: start it with scripts/run mentor. '
+        'No mentor publishes on /recommendation: start one with scripts/run mentor. '
         'The learner has sent no status for 7 s: start it with scripts/run learner.')
     assert run_state_text(state) == 'stopped'
     assert health_text(state, 'learner') == ('lost: no status for 7 s', 'ill')
-    assert health_text(state, 'mentor') == ('has sent no status', '')
+    assert health_text(state, 'mentor') == (
+        'no mentor publishes on /recommendation', '')
 
 
 def test_the_alarm_gives_the_nodes_some_seconds_after_the_start():
     assert alarm_text(PageState(time=102.0, start_time=100.0)) == ''
-    assert alarm_text(PageState(time=104.0, start_time=100.0)).count('has sent no status') == 3
+    assert alarm_text(PageState(time=104.0, start_time=100.0)).count('No ') == 3
 
 
 @pytest.mark.parametrize('level, kind', [(OK, 'well'), (WARN, 'waiting'), (ERROR, 'ill')])
@@ -87,3 +93,9 @@ def test_every_speed_has_its_place_on_the_slider_and_its_text():
     assert SPEEDS[nearest_speed(300.0)] == 200.0
     assert [speed_text(rate) for rate in (1.0, 0.5, 0.0)] == [
         '1 step per second', '0.5 steps per second', 'as fast as possible']
+
+
+def test_the_slider_waits_for_the_last_rate_that_was_set_and_follows_those_of_others():
+    assert later_rates([500.0, 1000.0, 0.0], 500.0) == [1000.0, 0.0]
+    assert later_rates([500.0, 1000.0, 0.0], 0.0) == []
+    assert later_rates([500.0, 1000.0], 7.0) == [] == later_rates([], 7.0)

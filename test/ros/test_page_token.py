@@ -3,17 +3,16 @@
 
 from contextlib import contextmanager
 import http.client
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 import os
 from pathlib import Path
 import pty
 import re
 import subprocess
 import sys
-from threading import Thread
 import urllib.error
 import urllib.request
 
+from http_server import http_server
 from node_processes import run
 import pytest
 from rcl_interfaces.msg import Log
@@ -130,34 +129,21 @@ def test_a_token_of_the_environment_is_checked_and_not_shown(domain):
 @contextmanager
 def proxy(port):
     """Serve `/robot/...` from a port, as a web server in front of it does; give the URL."""
-    class Handler(BaseHTTPRequestHandler):
-        def forward(self):
-            length = int(self.headers.get('content-length', 0))
-            asked = http.client.HTTPConnection('127.0.0.1', port)
-            asked.request(self.command, self.path.removeprefix('/robot'),
-                          self.rfile.read(length), {
-                              **{name: value for name, value in self.headers.items()
-                                 if name.lower() != 'host'}, 'Accept-Encoding': 'identity',
-                              'Host': 'inner', 'X-Forwarded-Host': self.headers['host'],
-                              'X-Forwarded-Prefix': '/robot'})
-            answer = asked.getresponse()
-            content = answer.read()
-            self.send_response(answer.status)
-            for name, value in answer.getheaders():
-                if name.lower() in ('location', 'set-cookie', 'content-type'):
-                    self.send_header(name, value)
-            self.end_headers()
-            self.wfile.write(content)
-        do_GET = do_POST = forward  # noqa: N815 - the names are given
-
-        def log_message(self, *_):
-            pass
-    server = ThreadingHTTPServer(('127.0.0.1', 0), Handler)
-    Thread(target=server.serve_forever, daemon=True).start()
-    try:
-        yield f'http://127.0.0.1:{server.server_port}/robot/'
-    finally:
-        server.shutdown()
+    def forward(request):
+        length = int(request.headers.get('content-length', 0))
+        asked = http.client.HTTPConnection('127.0.0.1', port)
+        asked.request(request.command, request.path.removeprefix('/robot'),
+                      request.rfile.read(length), {
+                          **{name: value for name, value in request.headers.items()
+                             if name.lower() != 'host'}, 'Accept-Encoding': 'identity',
+                          'Host': 'inner', 'X-Forwarded-Host': request.headers['host'],
+                          'X-Forwarded-Prefix': '/robot'})
+        answer = asked.getresponse()
+        passed = [(name, value) for name, value in answer.getheaders()
+                  if name.lower() in ('location', 'set-cookie', 'content-type')]
+        return answer.status, passed, answer.read()
+    with http_server(forward) as url:
+        yield f'{url}robot/'
 
 
 def test_behind_a_proxy_with_a_path_the_door_stays_there(domain):

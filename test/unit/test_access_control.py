@@ -6,7 +6,7 @@ import asyncio
 import pytest
 
 from comply_ros.dashboard.access_control import AccessControl
-from comply_ros.dashboard.guess_limit import FREE_GUESSES, GuessLimit, SECONDS_PER_GUESS
+from comply_ros.dashboard.request_rate import RateLimit, RequestRate
 
 TOKEN = 'open-sesame'
 
@@ -15,10 +15,10 @@ async def _page(scope, receive, send):
     await send({'type': 'page'})
 
 
-def requests(token, *given, log=lambda text: None):
+def requests(token, *given, log=lambda text: None, rate=None):
     """Return the messages that a visitor receives for each of some requests, as `request` has."""
     async def send_all():
-        control = AccessControl(_page, token, log)
+        control = AccessControl(_page, token, log, rate)
         return [await answers(control, *each[0], **each[1]) for each in given]
     return asyncio.run(send_all())
 
@@ -148,17 +148,16 @@ def test_wrong_guesses_are_slowed_for_one_address_and_logged():
     assert logged == ['a visitor from 10.0.0.7 gave a wrong token'] * 5
 
 
-def test_a_guess_is_free_again_after_some_seconds():
-    now = [100.0]
-    limit = GuessLimit(lambda: now[0])
-    for _ in range(FREE_GUESSES):
-        assert limit.wait('a') == 0.0
-        limit.add_wrong('a')
-    assert limit.wait('a') == SECONDS_PER_GUESS and limit.wait('b') == 0.0
-    now[0] += SECONDS_PER_GUESS
-    assert limit.wait('a') == 0.0
-    limit.add_wrong('a')
-    assert limit.wait('a') == SECONDS_PER_GUESS
+def test_an_address_that_sends_too_many_requests_waits_and_others_do_not():
+    delays = []
+
+    async def sleep(seconds):
+        delays.append(seconds)
+    loop = [((), {'host': 'robot'})] * 5
+    answered = requests(TOKEN, *loop, ((), {'host': 'robot', 'client': '10.0.0.8'}),
+                        rate=RequestRate(RateLimit(3, 1000.0), sleep))
+    assert statuses(answered) == [401] * 3 + [429] * 2 + [401]
+    assert len(delays) == 2
 
 
 @pytest.mark.parametrize('given', [

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Finds the world, the mentor and the learner by the topics that they publish, not by name."""
+
+from collections import Counter
+from collections.abc import Callable
+from typing import NamedTuple
+
+from rclpy.node import Node
+
+from comply_ros.nodes import topics
+
+UNKNOWN = '_NODE_NAME_UNKNOWN_'  # name of a node that is not discovered to the end
+
+
+class Role(NamedTuple):
+    """
+    What a node does in a lesson.
+
+    Attributes
+    ----------
+    noun: in sentences.
+    topics: that its node publishes on; the first is the one that a lesson needs.
+
+    """
+
+    noun: str
+    topics: tuple[topics.Topic, ...]
+
+
+ROLES = {  # by executable, which is the name of its node unless it was renamed
+    'grid_world': Role('world', (topics.WORLD, topics.STATE, topics.EPISODE)),
+    'mentor': Role('mentor', (topics.RECOMMENDATION, topics.MENTOR_POLICY)),
+    'learner': Role('learner', (topics.ACTION, topics.DESCRIPTION, topics.PROGRESS))}
+WORLD, MENTOR, LEARNER = ROLES
+
+
+class LessonNode(NamedTuple):
+    """
+    The node that has a role.
+
+    Attributes
+    ----------
+    name: as `local_name` has it; that of the executable while no node was found.
+    topic: full name of the topic that the role needs.
+    is_publishing: whether it publishes on a topic of the role.
+
+    """
+
+    name: str
+    topic: str
+    is_publishing: bool = False
+
+
+DEFAULT_NODES = {name: LessonNode(name, f'/{role.topics[0].name}') for name, role in ROLES.items()}
+
+
+def missing_text(role: str, node: LessonNode) -> str:
+    """Sentence, without its end, on a role that no node has."""
+    return f'no {ROLES[role].noun} publishes on {node.topic}'
+
+
+class LessonNodes:
+    """
+    Follows which nodes take part in the lesson on the topics of a node.
+
+    Attributes
+    ----------
+    by_role: the node that has each role.
+    names: of all nodes that publish on a topic of the lesson, and those of the executables.
+
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self.by_role = {name: LessonNode(name, node.resolve_topic_name(role.topics[0].name))
+                        for name, role in ROLES.items()}
+        self.names: set[str] = {*ROLES}
+        self._mentors: set[str] = {MENTOR}
+
+    def is_mentor(self, name: str) -> bool:
+        """Whether a node recommends actions."""
+        return name in self._mentors
+
+    def update(self, is_alive: Callable[[str], bool]) -> None:
+        """
+        Look for the nodes, with the given test of whether a node has sent its status lately.
+
+        The node of a role is one that sends its status, and has the most topics of the role; else
+        the node of before, and else that with the name of the executable.
+        """
+        self.names, self._mentors = {*ROLES}, {MENTOR, *self._publishers(topics.RECOMMENDATION)}
+        for role_name, role in ROLES.items():
+            counts = Counter(name for topic in role.topics for name in self._publishers(topic))
+            before = self.by_role[role_name]
+            best = max([before.name, role_name, *counts], key=lambda name: (
+                is_alive(name), counts[name], name == before.name, name == role_name, name))
+            self.by_role[role_name] = before._replace(name=best, is_publishing=counts[best] > 0)
+            self.names |= {*counts, best}
+
+    def local_name(self, full_name: str) -> str:
+        """Name of a node: without the namespace if that is ours, else with it and a slash."""
+        namespace, _, name = full_name.strip('/').rpartition('/')
+        return name if namespace == self._node.get_namespace().strip('/') else \
+            f'/{full_name.strip("/")}'
+
+    def _publishers(self, topic: topics.Topic) -> set[str]:
+        return {self.local_name(f'{each.node_namespace.rstrip("/")}/{each.node_name}')
+                for each in self._node.get_publishers_info_by_topic(
+                    self._node.resolve_topic_name(topic.name)) if each.node_name != UNKNOWN}
