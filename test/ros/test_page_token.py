@@ -44,7 +44,8 @@ def dashboard_in_terminal(*arguments, **environment):
     process = subprocess.Popen([*COMMAND, *arguments], stdin=terminal, stdout=terminal,
                                stderr=terminal, env={**os.environ, **environment})
     try:
-        wait_until(lambda: 'ready: ' in text(), 'page')
+        wait_until(lambda: 'ready: ' in text() or process.poll() is not None, 'page')
+        assert process.poll() is None, text()
         yield process, text
     finally:
         process.terminate()

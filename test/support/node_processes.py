@@ -16,8 +16,14 @@ ROOT = Path(__file__).parents[2]
 
 
 def log_has(node: NodeProcess, text: str) -> Callable[[], bool]:
-    """Return a condition: the node has printed the text."""
-    return lambda: text in node.log.read_text(errors='replace')
+    """Return a condition: the node has printed the text; it fails when the node has ended."""
+    def is_printed() -> bool:
+        ended = node.end_report()
+        if text in node.log.read_text(errors='replace'):
+            return True
+        assert ended is None, ended
+        return False
+    return is_printed
 
 
 @contextmanager
