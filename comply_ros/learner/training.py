@@ -19,7 +19,7 @@ from comply_ros.learner.update_rules import learn
 from comply_ros.mentor.advice_budget import AdviceBudget, advise, record_action
 from comply_ros.numerics.jit import kernel, specialized
 from comply_ros.numerics.rng import random_streams, UniformRows
-from comply_ros.world.grid import NO_ACTION
+from comply_ros.world.grid import MapError, NO_ACTION
 from comply_ros.world.mdp import next_state, World, WorldArrays
 
 
@@ -64,6 +64,11 @@ class Training:
     seed: of the random numbers of world and learner.
     initial: values and beliefs to begin with, see `Agent`.
 
+    Raises
+    ------
+    MapError: for a world without a model.
+    LearningError: as `Agent.start`.
+
     Attributes
     ----------
     agent: the agent, with what it has learned.
@@ -74,6 +79,9 @@ class Training:
 
     def __init__(self, world: World, advice: ArrayLike | AdviceBudget, config: LearnerConfig,
                  seed: int, initial: Learned | None = None) -> None:
+        if world.model == 'none':
+            raise MapError('a training in one process needs a world of which is known what every '
+                           'action leads to, got one without a model')
         self.agent = Agent(config, seed, initial)
         self.agent.start(world)
         self.advice = self.agent.earlier_advice.copy()

@@ -41,7 +41,7 @@ def state_trust_figure(world: World, title: str, advice: NDArray[Any],
     colors = LinearSegmentedColormap.from_list('trust', TRUST_ANCHORS)(confidence[states])
     colors[~visited[states]] = [*np.full(3, int(PALE[1], 16) / 15), 1.0]
     names = [printable(world.action_names[a]) for a in advice[states].tolist()]
-    positions = world.source.positions if world.model == 'table' else None
+    positions = world.positions
     if positions is not None:
         _draw_points(axes, world, positions, states, colors, names)
     else:

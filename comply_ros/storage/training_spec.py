@@ -109,10 +109,7 @@ def spec_training(map_name: str | os.PathLike[str] | Source = 'maze',
 
 def _source(given: str | os.PathLike[str] | Source, profile: str) -> tuple[str, Source]:
     """Return the name of a map, and the map itself."""
-    if isinstance(given, Spaces):
-        raise MapError('a training in one process needs a map that says what every action leads '
-                       'to, got Spaces without a model')
-    if isinstance(given, Grid | Table):
+    if isinstance(given, Grid | Table | Spaces):
         return f'{type(given).__name__.lower()} {given.sha256[:8]}', given
     return os.fspath(given), read_map(os.fspath(given), profile)
 

@@ -106,6 +106,11 @@ class World:
         """SHA-256 (hex) of the source."""
         return self.source.sha256
 
+    @property
+    def positions(self) -> NDArray[np.float64] | None:
+        """`positions[s]`: x and y in metres of a table that has them; None in other worlds."""
+        return self.source.positions if isinstance(self.source, Table) else None
+
     def _use_grid(self, grid: Grid) -> None:
         self.model = 'grid'
         cells = np.frombuffer(grid.cells.encode(), dtype='S1')

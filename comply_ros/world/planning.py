@@ -134,11 +134,11 @@ def _require_finite(world: World, values: Floats) -> None:
     found = endless_state(world.table, values, world.free)
     if found:
         s, growth = found
-        what = 'can be earned without end' if growth > 0 else 'is lost without end'
+        what = 'an episode can earn' if growth > 0 else 'every episode loses'
         raise PlanningError(
-            f'the best return without discount must be finite, but from state {s} on {what}: '
-            f'about {abs(growth):.2g} a step; let such an action end the episode, or change its '
-            'reward')
+            f'the best return without discount must be finite, but from state {s} on {what} '
+            f'about {abs(growth):.2g} a step without end: let an action there end the episode, or '
+            'change a reward')
 
 
 def _unsettled(change: float) -> str:

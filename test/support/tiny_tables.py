@@ -11,19 +11,19 @@ LAKE = ('SFFFFFFF', 'FFFFFFFF', 'FFFHFFFF', 'FFFFFHFF', 'FFFHFFFF', 'FHHFFFHF', 
 DELTAS = ((0, -1), (1, 0), (0, 1), (-1, 0))  # of left, down, right, up: (row, column)
 
 
-def machine(limit=50, **changes):
+def machine(limit=50, repair=-5.0, **changes):
     """
     Return a machine with the states on, worn and off, and the actions run, stop and repair.
 
     Running earns 2, but wears it in half of the cases; a worn one earns 1 and breaks (off) for -4
-    in a quarter of them. It can be repaired for 3; stopping ends it for nothing.
+    in a quarter of them. It can be repaired for 5; stopping ends it for nothing.
     """
     fields = {
         'actions': ('run', 'stop', 'repair'),
         'first': np.array([0, 2, 3, 3, 5, 6, 7, 7, 7, 7]),
         'successor': np.array([0, 1, 2, 1, 2, 2, 0], dtype=np.int32),
         'probability': np.array([0.5, 0.5, 1.0, 0.75, 0.25, 1.0, 1.0]),
-        'reward': np.array([2.0, 2.0, 0.0, 1.0, -4.0, 0.0, -3.0]),
+        'reward': np.array([2.0, 2.0, 0.0, 1.0, -4.0, 0.0, repair]),
         'terminal': np.array([False, False, True]), 'starts': (0,), 'step_limit': limit}
     return Table(**{**fields, **changes})
 
@@ -59,14 +59,17 @@ def _slide(rows, row, column, action):
 
 
 @st.composite
-def tables(draw, most_states=6, most_actions=5):
+def tables(draw, most_states=6, most_actions=5, n_actions=None):
     """
     Draw a random table in which every action can end the episode.
 
     Each action leads to up to three states, and to the terminal one, the last, with a
     probability of at least a tenth; some actions are missing, but never the first.
+
+    n_actions: their number, None for any one up to the most.
     """
-    states, n_actions = draw(st.integers(1, most_states)), draw(st.integers(1, most_actions))
+    states = draw(st.integers(1, most_states))
+    n_actions = n_actions or draw(st.integers(1, most_actions))
     generator = np.random.default_rng(draw(st.integers(0, 2 ** 32 - 1)))
     transitions = []
     for _ in range(states):

@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+from tiny_tables import hall, machine
 from tiny_worlds import Bench, FOUR, room
 
 from comply_ros.learner.eligibility_traces import (
@@ -10,6 +11,7 @@ from comply_ros.learner.eligibility_traces import (
     mark_trace,
     propagate_along_traces,
 )
+from comply_ros.world.mdp import World
 
 
 def traced(**settings):
@@ -68,3 +70,17 @@ def test_sparse_and_full_traces_are_the_same(as_run):
         full[full < 0.005] = 0.0
         assert np.array_equal(traces, full)
     assert np.array_equal(bench.state.q[q > -np.inf], q[q > -np.inf])
+
+
+@pytest.mark.parametrize('world, states', [(World(machine()), 2), (World(hall(6, 20)), 6)])
+def test_traces_find_their_state_and_action_with_any_number_of_actions(as_run, world, states):
+    bench, s, a = Bench(world, trace_decay=0.5), states - 1, world.n_actions - 1
+    actions, traces, trail = bench.kernel_config.actions, bench.state.traces, bench.state.trail
+    as_run(mark_trace)(s, a, bench.kernel_config, traces, trail)
+    as_run(mark_trace)(0, 1, bench.kernel_config, traces, trail)
+    assert trail[:3].tolist() == [2, world.n_actions * s + a, 1]
+    q = np.zeros((world.n_states, world.n_actions))
+    as_run(propagate_along_traces)(2.0, 0.5, 0.1, q, traces, trail, actions)
+    assert (q[s, a], q[0, 1], q.sum()) == (2.0, 2.0, 4.0)
+    as_run(clear_traces)(traces, trail, actions)
+    assert not traces.any() and trail[0] == 0

@@ -5,7 +5,14 @@ import numpy as np
 import pytest
 from tiny_worlds import Bench, corridor, FOUR, room
 
-from comply_ros.learner.exploration import choose, greedy_or_untried_action, softmax_action
+from comply_ros.learner.exploration import (
+    choose,
+    greedy_or_untried_action,
+    policy_action,
+    softmax_action,
+    softmax_action_of_many,
+)
+from comply_ros.numerics.q_ops import actions_for_kernels
 from comply_ros.world.grid import DOWN, LEFT, RIGHT, UP
 
 
@@ -75,3 +82,40 @@ def test_untried_actions_are_equally_likely(as_run, u, action):
 def test_where_every_action_was_tried_the_best_one_is_chosen(as_run):
     q, visits = np.array([[1.0, 2.0, -np.inf, 3.0]]), np.array([[2.0, 2.0, 1.0, 2.0]])
     assert as_run(greedy_or_untried_action)(0, True, 0.0, q, visits, FOUR) == UP
+
+
+# As for four actions above, with a fifth of the value 1: weights e^-2, 1, 0, e^-4, e^-2 with the
+# sum 1.2889862: shares end at 0.1049937, 0.8807971, 0.8807971, 0.8950063, 1.
+@pytest.mark.parametrize('n_actions', [5, 20])
+@pytest.mark.parametrize('u, action', [
+    (0.0, 0), (0.10499, 0), (0.105, 1), (0.88079, 1), (0.8808, 3), (0.895, 3), (0.89501, 4),
+    (1.0, 4)])
+def test_softmax_shares_of_other_numbers_of_actions(as_run, n_actions, u, action):
+    q = np.full((1, n_actions), -np.inf)
+    q[0, :5] = 1.0, 2.0, -np.inf, 0.0, 1.0
+    actions = actions_for_kernels(n_actions)
+    assert as_run(softmax_action)(0, -1, u, 0.5, q, actions) == action
+
+
+def test_one_action_is_always_taken(as_run):
+    q, one = np.zeros((1, 1)), actions_for_kernels(1)
+    for u, excluded in ((0.0, -1), (0.99, -1), (0.5, 0)):
+        assert as_run(softmax_action)(0, excluded, u, 1.0, q, one) == 0
+
+
+def test_the_softmax_of_many_has_the_bits_of_that_of_four(as_run):
+    generator = np.random.default_rng(0)
+    four, many = as_run(softmax_action), as_run(softmax_action_of_many)
+    for _ in range(2000):
+        q = generator.normal(0, 3, (1, 4))
+        q[0, generator.random(4) < 0.2] = -np.inf
+        arguments = (0, int(generator.integers(-1, 4)), generator.random(),
+                     float(generator.choice([1e-9, 0.1, 1.0])), q, FOUR)
+        assert four(*arguments) == many(*arguments)
+
+
+@pytest.mark.parametrize('u, action', [(0.0, 1), (0.49, 1), (0.5, 4), (0.999, 4)])
+def test_without_a_policy_any_action_of_the_state_is_taken(as_run, u, action):
+    q = np.array([[-np.inf, 0.0, -np.inf, -np.inf, 3.0]])
+    none = np.array([-1], dtype=np.int8)
+    assert as_run(policy_action)(0, u, none, q, actions_for_kernels(5)) == action
