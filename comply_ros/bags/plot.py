@@ -84,7 +84,7 @@ def draw(reports: RunReports, folder: Path) -> list[Path]:
                                       summary)
     if episodes:
         pictures.append(folder / 'episode_lengths.png')
-        training_plots.draw_episode_lengths(pictures[-1], episodes, world.grid.step_limit,
+        training_plots.draw_episode_lengths(pictures[-1], episodes, world.step_limit,
                                             summary)
     return pictures
 

@@ -25,7 +25,7 @@ from comply_ros.storage.run_files import prepare_folder, summarize
 from comply_ros.storage.training_spec import spec_training, TrainingSpec
 from comply_ros.terminal.interrupts import StopFlag
 from comply_ros.terminal.run_report import write_results
-from comply_ros.world.mdp import World
+from comply_ros.world.mdp import Source, World
 from comply_ros.world.planning import ReferenceReturns
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 OnIteration = Callable[[IterationResult], None]
 
 
-def train(map: str | os.PathLike[str] = 'maze',  # noqa: A002 - as the option is called
+def train(map: str | os.PathLike[str] | Source = 'maze',  # noqa: A002 - as the option is called
           method: str = 'beta_implicit', mentor: str = 'snapshot:0.75', *,
           profile: str = 'published', seed: int = 0, mentor_seed: int = 0, budget: int = 0,
           advising: str = 'early',
@@ -45,7 +45,8 @@ def train(map: str | os.PathLike[str] = 'maze',  # noqa: A002 - as the option is
 
     Parameters
     ----------
-    map: name of a map of the package (`maze`, `bar_grid`, ...), or path of a map file.
+    map: name of a map of the package (`maze`, `bar_grid`, ...), or path of a map file; or a map
+        that you made: a `Table`, such as `Table.from_transitions(...)`, or a `Grid`.
     method: name of a method, such as `beta_implicit`, `explicit` or `sarsa`.
     mentor: `optimal`, `random`, `adversarial`, `noisy:P`, `snapshot:Q`, `file:PATH`,
         `learned:FILE.npz` or `none`; with `@C` behind it, in a share C of the states only.
@@ -73,7 +74,7 @@ def train(map: str | os.PathLike[str] = 'maze',  # noqa: A002 - as the option is
     training = spec_training(
         map, method, mentor, profile=profile, seed=seed, mentor_seed=mentor_seed,
         budget=budget, advising=advising, initial_learning=initial, settings=settings)
-    world = World(training.grid)
+    world = World(training.source)
     reference = ReferenceReturns(world)
     advice = mentor_policy(training.spec, world, mentor_seed)
     result = train_seed(training, reference, advice, seed, on_iteration)
@@ -101,7 +102,7 @@ class TrainingResult:
 
     training: TrainingSpec
     reference: ReferenceReturns
-    advice: NDArray[np.int8]
+    advice: NDArray[Any]
     seed: int
     returns: NDArray[np.float64]
     steps: int
@@ -125,11 +126,12 @@ class TrainingResult:
         return self.learned.state.q
 
     @property
-    def policy(self) -> NDArray[np.int8]:
+    def policy(self) -> NDArray[Any]:
         """
         `policy[s]`: what the learner would do if it stopped exploring.
 
-        0 left, 1 right, 2 down, 3 up; -1 where it knows nothing, so that any action is taken.
+        In a grid 0 left, 1 right, 2 down, 3 up; in any world `world.action_names[a]`. -1 where it
+        knows nothing, so that any action is taken.
         """
         return self.learned.policy
 
@@ -199,7 +201,7 @@ def _written(figure: Figure, path: str | os.PathLike[str] | None) -> Figure:
     return figure
 
 
-def train_seed(training: TrainingSpec, reference: ReferenceReturns, advice: NDArray[np.int8],
+def train_seed(training: TrainingSpec, reference: ReferenceReturns, advice: NDArray[Any],
                seed: int, on_iteration: OnIteration, stop: StopFlag | None = None,
                ) -> TrainingResult | None:
     """

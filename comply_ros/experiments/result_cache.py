@@ -94,7 +94,7 @@ class ResultCache:
 
     def _path(self, run: Run) -> Path:
         spec = read_mentor_spec(run.mentor)  # files count by what is in them, not by their names
-        grid = reference_returns_of(run).world.grid.sha256
+        grid = reference_returns_of(run).world.sha256
         config = config_of(run)
         settings = tuple(value for name, value in asdict(config).items()
                          if name != 'learns' or not config.learns)  # a later field of format 2

@@ -44,7 +44,7 @@ def read_file(path: str) -> ShippedFile:
 
 def world_of(run: Run) -> str:
     """SHA-256 (hex) of the world of a run, as this machine reads it."""
-    return reference_returns_of(run).world.grid.sha256
+    return reference_returns_of(run).world.sha256
 
 
 def unpack(run: Run, files: dict[str, ShippedFile], world: str) -> Run:

@@ -4,7 +4,6 @@
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
 from comply_ros.experiments.executors import completed, local_executor
@@ -36,7 +35,7 @@ def run(options: TrainingOptions) -> int:
     if count < 1:
         raise ConfigError(f'seeds must be at least 1, got {count}')
     with plot_process() as plot:
-        world = World(options.grid)
+        world = World(options.source)
         reference = ReferenceReturns(world)  # before the training: it finds maps without end
         with interrupts() as stop, progress_bar() as bar:
             advice = _advice(options, world, bar, stop)
@@ -61,7 +60,7 @@ def run(options: TrainingOptions) -> int:
 
 
 def _advice(options: TrainingOptions, world: World, bar: Any, stop: StopFlag
-            ) -> NDArray[np.int8]:
+            ) -> NDArray[Any]:
     """Return `advice[s]`; a mentor that takes long to generate has its own progress bar."""
     if not is_slow(options.spec, world, options.mentor_seed):
         return mentor_policy(options.spec, world, options.mentor_seed)

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache, wraps
 from threading import RLock
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -131,7 +131,7 @@ def reference_returns_of(run: Run) -> ReferenceReturns:
 
 
 @_cached_by('map', 'profile', 'mentor', 'mentor_seed')
-def advice_of(run: Run) -> NDArray[np.int8]:
+def advice_of(run: Run) -> NDArray[Any]:
     """Return `advice[s]` of a run's mentor."""
     world = reference_returns_of(run).world
     return mentor_policy(read_mentor_spec(run.mentor), world, run.mentor_seed)

@@ -157,7 +157,9 @@ class Agent:
 
     def learned(self, advice: ArrayLike) -> Learned:
         """Return what was learned, as `learned_by`; advice: `advice[s]` that it received."""
-        learned = learned_by(self.config, self.state, np.array(advice, dtype=np.int8), self._world)
+        world = self._world
+        received = np.array(advice, dtype=world.action_type)
+        learned = learned_by(self.config, self.state, received, world)
         return learned if self.config.learns else learned._replace(
             policy=self.policy, confidence=self._confidence)
 
@@ -178,7 +180,7 @@ class Agent:
         config, state, a, p = self.kernel_config, self._views, NO_ACTION, 0.0
         learns = self.learns
         if not terminated and not config.learns:
-            a = policy_action(s, u_act, self._policy_view, state.q)
+            a = policy_action(s, u_act, self._policy_view, state.q, config.actions)
         elif not terminated:
             if learns:
                 apply_advice_prior(s, advice, config, state)
@@ -258,9 +260,9 @@ class Agent:
 
     def _use(self, state: LearnerState) -> None:
         self.state, self._views = state, state.views()
-        self.kernel_config = self.config.for_kernels()
+        self.kernel_config = self.config.for_kernels(self._world.n_actions)
 
-    def _act_by(self, policy: NDArray[np.int8], confidence: NDArray[np.float64]) -> None:
+    def _act_by(self, policy: NDArray[Any], confidence: NDArray[np.float64]) -> None:
         """Act by `policy[s]`, made with this confidence, while it does not learn."""
         self.policy, self._confidence = policy, confidence
         self._policy_view = plain_view(policy)
@@ -286,6 +288,6 @@ class Agent:
         return result
 
 
-def no_advice(world: World) -> NDArray[np.int8]:
+def no_advice(world: World) -> NDArray[Any]:
     """Return `advice[s]` of nobody: -1 in every state."""
-    return np.full(len(world.free), NO_ACTION, dtype=np.int8)
+    return np.full(world.n_states, NO_ACTION, dtype=world.action_type)

@@ -76,7 +76,7 @@ def update_listening_values(s: int, a: int, advice: int, config: KernelConfig, q
     if a == advice or config.updates_both:
         belief[s, LISTEN] = old * belief[s, LISTEN] + new * q[s, advice]
     if a != advice or config.updates_both:
-        best = max_q_except(s, advice, q)
+        best = max_q_except(s, advice, q, config.actions)
         if best > NOTHING:  # a dead end has no other action
             belief[s, DISCARD] = old * belief[s, DISCARD] + new * best
 

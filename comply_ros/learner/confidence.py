@@ -19,7 +19,7 @@ from comply_ros.learner.learner_config import (
 )
 from comply_ros.learner.learner_state import Array, DISCARD, IN_POOL, LearnerState, LISTEN
 from comply_ros.numerics.jit import kernel
-from comply_ros.numerics.q_ops import count_untried, max_q_except
+from comply_ros.numerics.q_ops import Actions, count_actions, count_untried, max_q_except
 
 
 @kernel
@@ -38,11 +38,12 @@ def confidence(s: int, advice: int, step: int, config: KernelConfig, state: Lear
         return sigmoid((state.belief[s, LISTEN] - state.belief[s, DISCARD]) / temperature)
     if config.trust == SHAPING:
         return policy_shaping_confidence(s, advice, state.scheduled_confidence[0],
-                                         state.temperature[0], state.q)
+                                         state.temperature[0], state.q, config.actions)
     if config.trust == JUMP_START:
         return 1.0 if step < guided_steps(state.guided_stage[0], config) else 0.0
-    if config.trust == HEAD_START and state.q[s, advice] == max_q_except(s, -1, state.q):
-        if count_untried(s, state.q, state.visits) > 0:
+    if config.trust == HEAD_START and (
+            state.q[s, advice] == max_q_except(s, -1, state.q, config.actions)):
+        if count_untried(s, state.q, state.visits, config.actions) > 0:
             return 1.0 - exploration_probability(advice, config, state)
         return 1.0
     return 0.0
@@ -63,7 +64,7 @@ def apply_advice_prior(s: int, advice: int, config: KernelConfig, state: Learner
             state.q[s, advice] += state.belief[s, LISTEN]
         state.belief[s, LISTEN] = 0.0
         state.advice_seen[0] += 1.0
-        if state.q[s, advice] == max_q_except(s, -1, state.q):
+        if state.q[s, advice] == max_q_except(s, -1, state.q, config.actions):
             state.advice_agreed[0] += 1.0
     elif config.learns_prior and state.belief[s, IN_POOL] == 0.0:
         state.belief[s, LISTEN], state.belief[s, DISCARD] = pooled_belief(config, state)
@@ -100,15 +101,15 @@ def policy_reuse_confidence(p: float, step: int, config: KernelConfig) -> float:
 
 @kernel
 def policy_shaping_confidence(s: int, advice: int, consistency: float, temperature: float,
-                              q: Array) -> float:
+                              q: Array, actions: Actions) -> float:
     """
     Probability of the advice where it multiplies the softmax (2.24) (preset `policy_shaping`).
 
     consistency: the share C of right advice; it makes the odds of the action C / (1 - C) times
     as high.
     """
-    best, others = max_q_except(s, -1, q), 0.0
-    for a in range(4):
+    best, others = max_q_except(s, -1, q, actions), 0.0
+    for a in range(count_actions(actions)):
         if a != advice:
             others += math.exp((q[s, a] - best) / temperature)
     right = consistency * math.exp((q[s, advice] - best) / temperature)
@@ -133,7 +134,8 @@ def confidence_map(config: LearnerConfig, state: LearnerState,
         start weigh the action itself.
 
     """
-    kernel_config, views, advice = config.for_kernels(), state.views(), np.asarray(advice)
+    kernel_config, views = config.for_kernels(state.q.shape[1]), state.views()
+    advice = np.asarray(advice)
     weighs_action = config.trust in ('shaping', 'head_start')
     if weighs_action:
         special = advice >= 0

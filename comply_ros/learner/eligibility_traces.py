@@ -4,6 +4,7 @@
 from comply_ros.learner.learner_config import KernelConfig
 from comply_ros.learner.learner_state import Array
 from comply_ros.numerics.jit import kernel
+from comply_ros.numerics.q_ops import Actions, count_actions
 
 
 @kernel
@@ -11,22 +12,23 @@ def mark_trace(s: int, a: int, config: KernelConfig, traces: Array, trail: Array
     """Change traces and trail: state s and action a become eligible, accumulating or replacing."""
     if traces[s, a] == 0.0:
         trail[0] += 1
-        trail[trail[0]] = 4 * s + a
+        trail[trail[0]] = count_actions(config.actions) * s + a
     traces[s, a] = 1.0 if config.replacing_traces else traces[s, a] + 1.0
 
 
 @kernel
 def propagate_along_traces(change: float, decay: float, floor: float, q: Array, traces: Array,
-                           trail: Array) -> None:
+                           trail: Array, actions: Actions) -> None:
     """
     Change q along the trail by change times the trace, then multiply the traces by decay.
 
     A trace that falls below the floor, or to 0, leaves the trail.
     """
-    count = 0
+    count, n_actions = 0, count_actions(actions)
     for i in range(1, trail[0] + 1):
         pair = trail[i]
-        s, a = pair >> 2, pair & 3
+        s = pair >> 2 if n_actions == 4 else pair // n_actions  # a shift is faster
+        a = pair - n_actions * s
         trace = traces[s, a]
         q[s, a] += change * trace
         trace *= decay
@@ -40,8 +42,10 @@ def propagate_along_traces(change: float, decay: float, floor: float, q: Array, 
 
 
 @kernel
-def clear_traces(traces: Array, trail: Array) -> None:
+def clear_traces(traces: Array, trail: Array, actions: Actions) -> None:
     """Change traces and trail: nothing is eligible any more."""
+    n_actions = count_actions(actions)
     for i in range(1, trail[0] + 1):
-        traces[trail[i] >> 2, trail[i] & 3] = 0.0
+        s = trail[i] >> 2 if n_actions == 4 else trail[i] // n_actions
+        traces[s, trail[i] - n_actions * s] = 0.0
     trail[0] = 0

@@ -7,7 +7,13 @@ from comply_ros.learner.confidence import confidence, exploration_probability
 from comply_ros.learner.learner_config import HEAD_START, KernelConfig, NO_TRUST
 from comply_ros.learner.learner_state import Array, LearnerState
 from comply_ros.numerics.jit import kernel
-from comply_ros.numerics.q_ops import count_untried, max_q_except, NOTHING
+from comply_ros.numerics.q_ops import (
+    Actions,
+    count_actions,
+    count_untried,
+    max_q_except,
+    NOTHING,
+)
 from comply_ros.world.grid import NO_ACTION
 
 DRAWS = 2  # uniforms for each observation: one to listen or not, one for the own choice
@@ -36,13 +42,15 @@ def choose(s: int, advice: int, step: int, u_listen: float, u_act: float,
         return advice, p
     if config.trust == HEAD_START:
         explores = u_listen >= 1.0 - exploration_probability(advice, config, state)
-        return greedy_or_untried_action(s, explores, u_act, state.q, state.visits), p
+        return greedy_or_untried_action(
+            s, explores, u_act, state.q, state.visits, config.actions), p
     excluded = advice if config.excludes_refused and config.trust != NO_TRUST else -1
-    return softmax_action(s, excluded, u_act, state.temperature[0], state.q), p
+    return softmax_action(
+        s, excluded, u_act, state.temperature[0], state.q, config.actions), p
 
 
 @kernel
-def policy_action(s: int, u: float, policy: Array, q: Array) -> int:
+def policy_action(s: int, u: float, policy: Array, q: Array, actions: Actions) -> int:
     """
     Return the action of `policy[s]`; where it is -1, any action that the state has.
 
@@ -51,10 +59,10 @@ def policy_action(s: int, u: float, policy: Array, q: Array) -> int:
     if policy[s] >= 0:
         return policy[s]
     count = 0
-    for a in range(4):
+    for a in range(count_actions(actions)):
         count += int(q[s, a] > NOTHING)
     pick = int(u * count)
-    for a in range(4):
+    for a in range(count_actions(actions)):
         if q[s, a] > NOTHING:
             if pick == 0:
                 return a
@@ -63,13 +71,16 @@ def policy_action(s: int, u: float, policy: Array, q: Array) -> int:
 
 
 @kernel
-def softmax_action(s: int, excluded: int, u: float, temperature: float, q: Array) -> int:
+def softmax_action(s: int, excluded: int, u: float, temperature: float, q: Array,
+                   actions: Actions) -> int:
     """
     Draw an action of state s by the Gibbs softmax (2.24), without the excluded one (-1: all).
 
     u: uniform in [0, 1). An action that the state does not have has the value -inf and weight 0.
     A state with no other action than the excluded one gives that action.
     """
+    if len(actions) != 4:
+        return softmax_action_of_many(s, excluded, u, temperature, q, actions)
     q0 = NOTHING if excluded == 0 else q[s, 0]
     q1 = NOTHING if excluded == 1 else q[s, 1]
     q2 = NOTHING if excluded == 2 else q[s, 2]
@@ -92,18 +103,41 @@ def softmax_action(s: int, excluded: int, u: float, temperature: float, q: Array
 
 
 @kernel
-def greedy_or_untried_action(s: int, explores: bool, u: float, q: Array, visits: Array) -> int:
+def softmax_action_of_many(s: int, excluded: int, u: float, temperature: float, q: Array,
+                           actions: Actions) -> int:
+    """Draw as `softmax_action` for any number of actions; weights are added in their order."""
+    best, count = max_q_except(s, excluded, q, actions), count_actions(actions)
+    if best == NOTHING:
+        return excluded
+    scale, total, last = 1.0 / temperature, 0.0, 0
+    for a in range(count):
+        weight = 0.0 if a == excluded else math.exp((q[s, a] - best) * scale)
+        total += weight
+        if weight > 0.0:
+            last = a
+    x, sum_so_far = u * total, 0.0
+    for a in range(last):
+        if a != excluded:
+            sum_so_far += math.exp((q[s, a] - best) * scale)
+        if x < sum_so_far:
+            return a
+    return last  # also where x is rounded up to the total
+
+
+@kernel
+def greedy_or_untried_action(s: int, explores: bool, u: float, q: Array, visits: Array,
+                             actions: Actions) -> int:
     """
     Return an action of state s that was never tried if one is to be explored, else a best action.
 
     u: uniform in [0, 1); candidates are equally likely.
     """
-    best, untried, ties = max_q_except(s, -1, q), count_untried(s, q, visits), 0
-    for a in range(4):
+    best, untried, ties = max_q_except(s, -1, q, actions), count_untried(s, q, visits, actions), 0
+    for a in range(count_actions(actions)):
         ties += int(q[s, a] == best)
     explores = explores and untried > 0
     pick = int(u * (untried if explores else ties))
-    for a in range(4):
+    for a in range(count_actions(actions)):
         if (q[s, a] > NOTHING and visits[s, a] == 1.0) if explores else q[s, a] == best:
             if pick == 0:
                 return a

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from comply_ros.mentor.policy import PolicyError, validate_policy
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
 
-Actions = NDArray[np.int8]
+Actions = NDArray[Any]  # of the `action_type` of the world
 
 TRUSTED = 0.5  # a learner that does not explore follows advice of more confidence than this
 # Schedules, and what belongs to an episode: a learner that begins from others' values has its own.
@@ -34,7 +34,7 @@ class Learned(NamedTuple):
 
     Attributes
     ----------
-    world: SHA-256 of the grid.
+    world: SHA-256 of the world.
     config: the settings that it learned with.
     state: its arrays.
     advice: `advice[s]` that it received, the newest one; -1 where none.
@@ -61,10 +61,10 @@ class Learned(NamedTuple):
         LearningError: otherwise.
 
         """
-        if self.world != world.grid.sha256:
+        if self.world != world.sha256:
             raise LearningError(f'{self.source} was learned in another world (hash '
                                 f'{self.world[:12]!r}) than the one that is here (hash '
-                                f'{world.grid.sha256[:12]!r})')
+                                f'{world.sha256[:12]!r})')
         try:
             self._validate_arrays(world)
         except (PolicyError, LearningError) as error:
@@ -74,8 +74,9 @@ class Learned(NamedTuple):
         for name, usual in initial_state(world, self.config)._asdict().items():
             _validate_type(name, getattr(self.state, name), usual)
         _validate_type('confidence', self.confidence, np.zeros(len(world.free)))
+        no_advice = np.zeros(world.n_states, dtype=world.action_type)
         for name in ('advice', 'policy'):
-            _validate_type(name, getattr(self, name), np.zeros(len(world.free), dtype=np.int8))
+            _validate_type(name, getattr(self, name), no_advice)
             validate_policy(getattr(self, name), world)
         state, states = self.state, len(world.free)
         successor = state.outcomes[..., 1]
@@ -123,7 +124,7 @@ def learned_policy(config: LearnerConfig, state: LearnerState, advice: Actions,
     confidence: `p[s]` in this advice.
 
     """
-    policy = np.full(len(world.free), NO_ACTION, dtype=np.int8)
+    policy = np.full(world.n_states, NO_ACTION, dtype=world.action_type)
     left = np.flatnonzero((state.departures > 1.0) & world.free)  # in a large world, few
     tried = state.visits[left] > 1.0
     tried |= ~tried.any(axis=1, keepdims=True)  # with a visit_growth of 0, all count
@@ -138,7 +139,7 @@ def learned_by(config: LearnerConfig, state: LearnerState, advice: Actions,
                world: World) -> Learned:
     """Return what a learner has learned; its arrays are not copied. advice: as it received it."""
     confidence = confidence_map(config, state, advice)
-    return Learned(world.grid.sha256, config, state, advice,
+    return Learned(world.sha256, config, state, advice,
                    learned_policy(config, state, advice, confidence, world), confidence)
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, Field, field, fields, replace
 from typing import Any
 
 from comply_ros.numerics.number_text import read_integer, read_number
+from comply_ros.numerics.q_ops import actions_for_kernels
 
 TRUSTS = ('none', 'scheduled', 'beta', 'explicit', 'shaping', 'jump_start', 'head_start')
 NO_TRUST, SCHEDULED, BETA, EXPLICIT, SHAPING, JUMP_START, HEAD_START = range(len(TRUSTS))
@@ -133,10 +134,15 @@ class LearnerConfig:
             raise ConfigError('belief_listen and belief_discard must be above 0 where trust is '
                               f'beta, got {self.belief_listen} and {self.belief_discard}')
 
-    def for_kernels(self) -> KernelConfig:
-        """Return the fields as a tuple for compiled code, with `trust` as its index in TRUSTS."""
+    def for_kernels(self, n_actions: int) -> KernelConfig:
+        """
+        Return the fields as a tuple for kernels, with `trust` as its index in TRUSTS.
+
+        n_actions: of the world; the field `actions` has it, see `actions_for_kernels`.
+        """
         values = {name: getattr(self, name) for name in CONFIG_FIELDS}
-        return KernelConfig(**{**values, 'trust': TRUSTS.index(self.trust)})
+        return KernelConfig(**{**values, 'trust': TRUSTS.index(self.trust)},
+                            actions=actions_for_kernels(n_actions))
 
     def needs_mentor(self) -> bool:
         """Tell whether a decision waits for a recommendation."""
@@ -149,7 +155,7 @@ class LearnerConfig:
 
 
 CONFIG_FIELDS = {each.name: each for each in fields(LearnerConfig)}
-KernelConfig: Any = namedtuple('KernelConfig', CONFIG_FIELDS)
+KernelConfig: Any = namedtuple('KernelConfig', (*CONFIG_FIELDS, 'actions'))
 TYPES = {'bool': bool, 'int': int, 'float': float, 'str': str}  # as the fields are annotated
 PARSERS: dict[type, Callable[[str], Any]] = {
     bool: lambda text: {'true': True, 'false': False}[text.lower()], int: read_integer,

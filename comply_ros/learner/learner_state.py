@@ -41,7 +41,7 @@ class LearnerState(NamedTuple):
     advice_agreed, advice_seen: how often the advice was the best action, of how many times.
     pool_size, pool_listen, pool_discard: number of beliefs in the pool of the prior, and sums.
     traces: `traces[s, a]`, eligibility (2.20); or `traces[s, 0]`, visited in this episode.
-    trail: int64: the number of traces above 0, then `4 s + a` of each.
+    trail: int64: the number of traces above 0, then `n_actions * s + a` of each.
     outcomes: `outcomes[s, a]`: mean reward, most frequent successor, its votes.
 
     """
@@ -78,7 +78,7 @@ class LearnerState(NamedTuple):
 
 def initial_state(world: World, config: LearnerConfig) -> LearnerState:
     """State of a learner that has not seen anything of the world yet."""
-    states = len(world.terminal)
+    states, n_actions = world.n_states, world.n_actions
     traced = states if config.trace_decay > 0 or config.replays else 0
     first_belief = (config.belief_listen, config.belief_discard)
 
@@ -86,7 +86,7 @@ def initial_state(world: World, config: LearnerConfig) -> LearnerState:
         return np.array([value])
     return LearnerState(
         q=np.where(world.available, config.initial_value, -np.inf),
-        visits=np.ones((states, 4)),
+        visits=np.ones((states, n_actions)),
         belief=np.tile(np.array((*first_belief, 0.0)), (states, 1)),
         departures=np.ones(states),
         scheduled_confidence=scalar(config.confidence), temperature=scalar(config.temperature),
@@ -95,6 +95,6 @@ def initial_state(world: World, config: LearnerConfig) -> LearnerState:
         advice_agreed=scalar(1.0), advice_seen=scalar(1.0),
         pool_size=scalar(1.0), pool_listen=scalar(first_belief[0]),
         pool_discard=scalar(first_belief[1]),
-        traces=np.zeros((traced, 4)),
-        trail=np.zeros(1 + 4 * traced, dtype=np.int64),
-        outcomes=np.zeros((states if config.replays else 0, 4, 3)))
+        traces=np.zeros((traced, n_actions)),
+        trail=np.zeros(1 + n_actions * traced, dtype=np.int64),
+        outcomes=np.zeros((states if config.replays else 0, n_actions, 3)))

@@ -5,7 +5,7 @@ from comply_ros.learner.eligibility_traces import clear_traces
 from comply_ros.learner.learner_config import KernelConfig
 from comply_ros.learner.learner_state import Array, LearnerState
 from comply_ros.numerics.jit import kernel
-from comply_ros.numerics.q_ops import max_q_except, NOTHING
+from comply_ros.numerics.q_ops import Actions, count_actions, max_q_except, NOTHING
 
 REWARD, SUCCESSOR, VOTES = range(3)  # outcomes[s, a, ...]
 TERMINAL = -1.0  # successor of an action that ends the episode in a terminal state
@@ -38,23 +38,24 @@ def record_outcome(s: int, a: int, r: float, s2: int, done: bool, count: float,
 
 
 @kernel
-def backup(s: int, discount: float, q: Array, visits: Array, outcomes: Array) -> None:
+def backup(s: int, discount: float, q: Array, visits: Array, outcomes: Array,
+           actions: Actions) -> None:
     """Change q[s] of every action that was tried: its reward and its successor's value (2.10)."""
-    for a in range(4):
+    for a in range(count_actions(actions)):
         if visits[s, a] > 1.0:
             successor = int(outcomes[s, a, SUCCESSOR])
-            value = 0.0 if successor < 0 else max_q_except(successor, -1, q)
+            value = 0.0 if successor < 0 else max_q_except(successor, -1, q, actions)
             if value > NOTHING:
                 q[s, a] = outcomes[s, a, REWARD] + discount * value
 
 
 @kernel
-def mark_visited(s: int, traces: Array, trail: Array) -> None:
+def mark_visited(s: int, traces: Array, trail: Array, actions: Actions) -> None:
     """Change traces and trail: state s was visited in this episode, as the last new one."""
     if traces[s, 0] == 0.0:
         traces[s, 0] = 1.0
         trail[0] += 1
-        trail[trail[0]] = 4 * s
+        trail[trail[0]] = count_actions(actions) * s
 
 
 @kernel
@@ -62,5 +63,6 @@ def finish_episode(config: KernelConfig, state: LearnerState) -> None:
     """Clear the traces; with a model, first back up the states of the episode, last one first."""
     if config.replays:
         for i in range(state.trail[0], 0, -1):
-            backup(state.trail[i] >> 2, config.discount, state.q, state.visits, state.outcomes)
-    clear_traces(state.traces, state.trail)
+            s = state.trail[i] // count_actions(config.actions)
+            backup(s, config.discount, state.q, state.visits, state.outcomes, config.actions)
+    clear_traces(state.traces, state.trail, config.actions)

@@ -2,12 +2,14 @@
 """Mentors that are snapshots of a training, and one function that makes any mentor."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from comply_ros.learner.presets import find_method
 from comply_ros.learner.training import Training
+from comply_ros.mentor.advice_budget import MentorError
 from comply_ros.mentor.mentor_policies import adversarial_policy, MentorSpec, noisy_policy
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
@@ -17,20 +19,30 @@ from comply_ros.world.planning import greedy, optimal_policy, ReferenceReturns
 # what is missing to it.
 CLOSE_ENOUGH = 0.005
 SNAPSHOT_ITERATIONS = 600
+UNPLANNED = 'none', 'random'  # kinds of mentors that need no model of the world
 
 
 def make_policy(spec: MentorSpec, world: World, seed: int,
-                on_progress: Callable[[float], None] = lambda share: None) -> NDArray[np.int8]:
+                on_progress: Callable[[float], None] = lambda share: None) -> NDArray[Any]:
     """
     `advice[s]` of every mentor that is not from a file; -1 for no advice.
 
     seed: which one of the mentors of this kind.
     on_progress: called with the share that is done, from 0 to 1, by a mentor that takes long.
 
+    Raises
+    ------
+    MentorError: for a mentor that must plan, in a world without a model.
+
     """
+    if world.model == 'none' and spec.kind not in UNPLANNED:
+        raise MentorError(
+            f'a mentor of the kind {spec.kind!r} must plan, and nobody knows what an action leads '
+            'to in a world without a model: use one from a file (file:PATH), from a training '
+            '(learned:FILE.npz), none, a person, or a node of your own')
     generator = np.random.Generator(np.random.PCG64(seed))
     if spec.kind == 'none':
-        return np.full(len(world.free), NO_ACTION, dtype=np.int8)
+        return np.full(world.n_states, NO_ACTION, dtype=world.action_type)
     if spec.kind == 'optimal':
         return optimal_policy(world)
     if spec.kind == 'adversarial':
@@ -43,7 +55,7 @@ def make_policy(spec: MentorSpec, world: World, seed: int,
 
 
 def snapshot_policy(world: World, level: float, seed: int,
-                    on_progress: Callable[[float], None]) -> NDArray[np.int8]:
+                    on_progress: Callable[[float], None]) -> NDArray[Any]:
     """
     `advice[s]`: greedy (3.5) policy of a half-trained SARSA learner, section 3.3.
 
@@ -51,8 +63,8 @@ def snapshot_policy(world: World, level: float, seed: int,
     """
     reference = ReferenceReturns(world)
     training = Training(
-        world, np.full(len(world.free), NO_ACTION), find_method('sarsa', 'published'), seed)
-    nearest, distance = np.zeros(0, dtype=np.int8), float('inf')
+        world, np.full(world.n_states, NO_ACTION), find_method('sarsa', 'published'), seed)
+    nearest, distance = np.zeros(0, dtype=world.action_type), float('inf')
     for number in range(SNAPSHOT_ITERATIONS):
         training.iterate()
         policy = greedy(training.state.q, world.free)

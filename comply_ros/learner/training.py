@@ -19,8 +19,8 @@ from comply_ros.learner.update_rules import learn
 from comply_ros.mentor.advice_budget import AdviceBudget, advise, record_action
 from comply_ros.numerics.jit import kernel, specialized
 from comply_ros.numerics.rng import random_streams, UniformRows
-from comply_ros.world.grid import NO_ACTION
-from comply_ros.world.mdp import first_state, taken_action, World
+from comply_ros.world.grid import MapError, NO_ACTION
+from comply_ros.world.mdp import next_state, World, WorldArrays
 
 
 class Position(NamedTuple):
@@ -40,18 +40,6 @@ class Position(NamedTuple):
     s: int
     a: int
     advice: int
-
-
-class WorldArrays(NamedTuple):
-    """The attributes of a `World` that kernels need."""
-
-    successor: Array
-    reward: Array
-    slips: Array
-    terminal: Array
-    starts: Array
-    intended: float
-    step_limit: int
 
 
 class MentorArrays(NamedTuple):
@@ -76,6 +64,11 @@ class Training:
     seed: of the random numbers of world and learner.
     initial: values and beliefs to begin with, see `Agent`.
 
+    Raises
+    ------
+    MapError: for a world without a model.
+    LearningError: as `Agent.start`.
+
     Attributes
     ----------
     agent: the agent, with what it has learned.
@@ -86,16 +79,18 @@ class Training:
 
     def __init__(self, world: World, advice: ArrayLike | AdviceBudget, config: LearnerConfig,
                  seed: int, initial: Learned | None = None) -> None:
+        if world.model == 'none':
+            raise MapError('a training in one process needs a world of which is known what every '
+                           'action leads to, got one without a model')
         self.agent = Agent(config, seed, initial)
         self.agent.start(world)
         self.advice = self.agent.earlier_advice.copy()
         self._moves = UniformRows(random_streams(seed)[0], 1)
         if not config.needs_mentor():
-            advice = np.full(len(world.terminal), NO_ACTION)
+            advice = np.full(world.n_states, NO_ACTION)
         mentor = advice if isinstance(advice, AdviceBudget) else AdviceBudget(world, advice)
         self._mentor = MentorArrays(*mentor.arrays())
-        self._world = WorldArrays(world.successor, world.reward, world.slips, world.terminal,
-                                  world.starts, float(world.grid.intended), world.grid.step_limit)
+        self._world = world.arrays()
         self.returns, self.lengths = np.zeros(0), np.zeros(0, dtype=np.int64)
         self._compiled_play = specialized(play, *self._arguments(
             False, Position(0, -1, 0, 0, NO_ACTION), np.zeros(2)))
@@ -166,7 +161,7 @@ def play(learns: bool, world: WorldArrays, mentor: MentorArrays, config: KernelC
         r, s2, done, over = next_state(step, s, a, moves[count, 0], world)
         a2, advice2 = NO_ACTION, NO_ACTION
         if not done and not config.learns:
-            a2 = policy_action(s2, decisions[count, 1], policy, state.q)
+            a2 = policy_action(s2, decisions[count, 1], policy, state.q, config.actions)
         elif not done:
             advice2 = advise(s2, mentor.policy, mentor.important, mentor.advised,
                              mentor.remaining, mentor.last_actions)
@@ -192,19 +187,3 @@ def play(learns: bool, world: WorldArrays, mentor: MentorArrays, config: KernelC
             lengths[episode] = step
             episode, step = episode + 1, -1
     return count, Position(episode, step, s, a, advice)
-
-
-@kernel
-def next_state(step: int, s: int, a: int, u: float,
-               world: WorldArrays) -> tuple[float, int, bool, bool]:
-    """
-    Return reward, state, whether it is terminal, and whether the episode ends there.
-
-    step: -1 before the first state of an episode. u: uniform in [0, 1).
-    """
-    if step < 0:
-        return 0.0, first_state(u, world.starts), False, False
-    b = taken_action(s, a, u, world.intended, world.slips)
-    s2 = world.successor[s, b]
-    done = world.terminal[s2]
-    return world.reward[s, b], s2, done, done or step + 1 == world.step_limit

@@ -29,7 +29,7 @@ def learn(s: int, a: int, r: float, s2: int, a2: int, done: bool, advice: int,
     if not done:
         following = q[s2, a2]
         if config.off_policy:
-            best = max_q_except(s2, -1, q)
+            best = max_q_except(s2, -1, q, config.actions)
             if following < best and config.cuts_traces:
                 trace_factor = 0.0
             following = best
@@ -38,17 +38,18 @@ def learn(s: int, a: int, r: float, s2: int, a2: int, done: bool, advice: int,
     change = learning_rate(visits[s, a], config) * (target - q[s, a])
     if config.replays:
         record_outcome(s, a, r, s2, done, visits[s, a], state.outcomes)
-        mark_visited(s, state.traces, state.trail)
+        mark_visited(s, state.traces, state.trail, config.actions)
     elif config.trace_decay > 0.0:
         mark_trace(s, a, config, state.traces, state.trail)
         decay = trace_factor * config.discount * config.trace_decay
-        propagate_along_traces(change, decay, config.trace_floor, q, state.traces, state.trail)
+        propagate_along_traces(change, decay, config.trace_floor, q, state.traces, state.trail,
+                               config.actions)
     else:
         q[s, a] += change
     visits[s, a] += config.visit_growth
     state.departures[s] += 1.0
     if config.replays:
-        backup(s, config.discount, q, visits, state.outcomes)
+        backup(s, config.discount, q, visits, state.outcomes, config.actions)
     if advice >= 0 and (config.trust == BETA or config.trust == EXPLICIT):
         update_belief(s, a, advice, delta, config, state)
 

@@ -11,7 +11,7 @@ from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import action_values, policy_probabilities, policy_values
 
-Actions = NDArray[np.int8]
+Actions = NDArray[Any]  # of the `action_type` of the world
 Bools = NDArray[np.bool_]
 Array = Any  # of a kernel: an array in a compiled loop, a memoryview in a node
 
@@ -72,17 +72,18 @@ class AdviceBudget:
 
     def __init__(self, world: World, policy: ArrayLike, budget: int = UNLIMITED,
                  when: str = 'early') -> None:
-        states = len(world.terminal)
+        states = world.n_states
         is_limited = budget != UNLIMITED
         watches = is_limited and when == 'mistakes'
-        self.policy = np.array(policy, dtype=np.int8)
+        self.policy = np.array(policy, dtype=world.action_type)
         self.important = np.ones(states, dtype=bool)
         if is_limited and when == 'important':
             gaps = importance(world, self.policy)
             self.important = gaps >= np.median(gaps[world.free])
         self.advised = np.full(states, not is_limited)
         self.remaining = np.array([budget])
-        self.last_actions = np.full(states, NO_ACTION if watches else NOT_WATCHED, dtype=np.int8)
+        self.last_actions = np.full(states, NO_ACTION if watches else NOT_WATCHED,
+                                    dtype=world.action_type)
         self._views = tuple(array.data for array in self.arrays())
 
     def arrays(self) -> tuple[Actions, Bools, Bools, NDArray[np.int64], Actions]:

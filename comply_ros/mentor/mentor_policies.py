@@ -12,7 +12,7 @@ from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import action_values, greedy, optimal_policy, optimal_values
 
-Policy = NDArray[np.int8]
+Policy = NDArray[Any]  # of the `action_type` of the world
 
 # How a mentor of each kind is written.
 KINDS = {
@@ -96,22 +96,22 @@ def adversarial_policy(world: World) -> Policy:
 
 
 def noisy_policy(world: World, noise: float, generator: np.random.Generator) -> Policy:
-    """`advice[s]`: optimal, but in a share `noise` of the states any action of the cell."""
+    """`advice[s]`: optimal, but in a share `noise` of the states any action of the state."""
     spoiled, random_actions = _random_actions(world, noise, generator)
     if spoiled[world.free].all():  # the optimal policy is not needed, and slow to plan
         return random_actions
-    return np.where(spoiled, random_actions, optimal_policy(world)).astype(np.int8)
+    return np.where(spoiled, random_actions, optimal_policy(world)).astype(world.action_type)
 
 
 def spoiled_policy(policy: Policy, world: World, noise: float,
                    generator: np.random.Generator) -> Policy:
-    """`advice[s]` of a policy, but in a share `noise` of the states any action of the cell."""
-    return np.where(*_random_actions(world, noise, generator), policy).astype(np.int8)
+    """`advice[s]` of a policy, but in a share `noise` of the states any action of the state."""
+    return np.where(*_random_actions(world, noise, generator), policy).astype(world.action_type)
 
 
 def _random_actions(world: World, noise: float,
                     generator: np.random.Generator) -> tuple[NDArray[np.bool_], Policy]:
-    """Return `spoiled[s]`, a share of the states, and any action of the cell in each state."""
+    """Return `spoiled[s]`, a share of the states, and any action of the state in each state."""
     spoiled = generator.random(len(world.free)) < noise
     priorities = np.where(world.available, generator.random(world.available.shape), -np.inf)
     return spoiled, greedy(priorities, world.free)

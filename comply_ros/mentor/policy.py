@@ -1,11 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whether a policy, one action for each state, fits a world."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from comply_ros.world.grid import ARROWS, Grid, NO_ACTION
+from comply_ros.world.grid import ARROWS, NO_ACTION
 from comply_ros.world.mdp import World
+
+MOST_LISTED = 8  # actions of which a message lists the names
 
 
 class PolicyError(ValueError):
@@ -13,11 +17,13 @@ class PolicyError(ValueError):
 
 
 def validate_policy(policy: ArrayLike, world: World, *,
-                    clear_not_free: bool = False) -> NDArray[np.int8]:
+                    clear_not_free: bool = False) -> NDArray[Any]:
     """
-    Return a copy of `policy[s]` that fits the world: -1, or an action that the cell has.
+    Return a copy of `policy[s]` that fits the world: -1, or an action that the state has.
 
-    clear_not_free: replace advice in cells where nobody can act by -1, instead of raising.
+    Its type is the `action_type` of the world.
+
+    clear_not_free: replace advice in states where nobody can act by -1, instead of raising.
 
     Raises
     ------
@@ -29,11 +35,12 @@ def validate_policy(policy: ArrayLike, world: World, *,
     except ValueError:  # rows of different lengths
         raise PolicyError('a policy must be one action for each state, got a nested one') from None
     if actions.shape != world.free.shape:
-        raise PolicyError(f'a policy must have the {len(world.free)} states of the map, got an '
+        where = 'map' if world.model == 'grid' else 'world'
+        raise PolicyError(f'a policy must have the {world.n_states} states of the {where}, got an '
                           f'array of shape {actions.shape}')
     if actions.dtype.kind not in 'iu':
         raise PolicyError(f'a policy must be of whole numbers, got {actions.dtype}')
-    in_range = (NO_ACTION <= actions) & (actions < len(ARROWS))
+    in_range = (NO_ACTION <= actions) & (actions < world.n_actions)
     possible = world.available[np.arange(len(actions)), np.where(in_range, actions, 0)]
     fits = in_range & ((actions == NO_ACTION) | world.free & possible)
     if clear_not_free:
@@ -41,7 +48,7 @@ def validate_policy(policy: ArrayLike, world: World, *,
     if not fits.all():
         s = int(np.flatnonzero(~fits)[0])
         validate_advice(s, int(actions[s]), world)
-    return np.where(world.free, actions, NO_ACTION).astype(np.int8)
+    return np.where(world.free, actions, NO_ACTION).astype(world.action_type)
 
 
 def validate_advice(s: int, action: int, world: World) -> None:
@@ -50,24 +57,37 @@ def validate_advice(s: int, action: int, world: World) -> None:
 
     Raises
     ------
-    PolicyError: if there is no such state or action, nobody can act there, or the action would
-        leave the grid.
+    PolicyError: if there is no such state or action, nobody can act there, or the state does not
+        have the action.
 
     """
-    if type(s) is not int or not 0 <= s < len(world.free):
-        raise PolicyError(f'a state must lie in [0, {len(world.free) - 1}], got {s!r}')
-    where = position_text(s, world.grid)
-    if type(action) is not int or not NO_ACTION <= action < len(ARROWS):
-        raise PolicyError('an action must be 0 left, 1 right, 2 down, 3 up, or -1 for no advice, '
+    if type(s) is not int or not 0 <= s < world.n_states:
+        raise PolicyError(f'a state must lie in [0, {world.n_states - 1}], got {s!r}')
+    where = position_text(s, world)
+    if type(action) is not int or not NO_ACTION <= action < world.n_actions:
+        raise PolicyError(f'an action must be {_actions_text(world)}, or -1 for no advice, '
                           f'got {action!r} in {where}')
-    if action != NO_ACTION and not world.free[s]:
-        raise PolicyError('a policy has advice in free cells only, from which a goal can be '
-                          f'reached, got {ARROWS[action]!r} in {where}')
-    if action != NO_ACTION and not world.available[s, action]:
-        raise PolicyError(f'an action must not leave the grid, got {ARROWS[action]!r} in {where}')
+    if action == NO_ACTION or world.free[s] and world.available[s, action]:
+        return
+    if world.model == 'grid':
+        rule = 'an action must not leave the grid' if world.free[s] else \
+            'a policy has advice in free cells only, from which a goal can be reached'
+        raise PolicyError(f'{rule}, got {ARROWS[action]!r} in {where}')
+    rule = 'an action must be one that the state has' if world.free[s] else \
+        'a policy has advice only in states in which an episode can go on'
+    raise PolicyError(f'{rule}, got {world.action_names[action]!r} in {where}')
 
 
-def position_text(s: int, grid: Grid) -> str:
-    """Text that names state s, by its place in the map: the top row is row 1."""
-    x, y = grid.place(s)
-    return f'state {s} (row {grid.height - y}, column {x + 1})'
+def _actions_text(world: World) -> str:
+    """Text that says which actions a world has."""
+    if world.n_actions > MOST_LISTED:
+        return f'a number in [0, {world.n_actions - 1}]'
+    return ', '.join(f'{a} {name}' for a, name in enumerate(world.action_names))
+
+
+def position_text(s: int, world: World) -> str:
+    """Text that names state s; in a grid, by its place in the map too: the top row is row 1."""
+    if world.model != 'grid':
+        return f'state {s}'
+    x, y = world.grid.place(s)
+    return f'state {s} (row {world.grid.height - y}, column {x + 1})'

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Maximum and number of untried actions over the action values of one state."""
+"""The number of actions as kernels know it, and operations on the values of one state."""
 
 from typing import Any
 
@@ -8,12 +8,36 @@ from numpy.typing import NDArray
 from comply_ros.numerics.jit import kernel
 
 NOTHING = -1e308  # below the value of every action that the state has
+MOST_UNROLLED = 16  # actions for which loops over them are compiled for their number
+
+Actions = tuple[int, ...]  # see `actions_for_kernels`
+
+
+def actions_for_kernels(n_actions: int) -> Actions:
+    """
+    Return a number of actions as kernels take it, a tuple whose length the compiler knows.
+
+    Up to 16 actions, it has the number as often as there are actions: each number has machine
+    code of its own, without loops. Above that it has the number once, and all numbers share one.
+    """
+    return (n_actions,) * (n_actions if n_actions <= MOST_UNROLLED else 1)
 
 
 @kernel
-def max_q_except(s: int, excluded: int, q: NDArray[Any]) -> float:
+def count_actions(actions: Actions) -> int:
+    """Return the number of actions from a tuple of `actions_for_kernels`."""
+    return len(actions) if len(actions) > 1 else actions[0]
+
+
+@kernel
+def max_q_except(s: int, excluded: int, q: NDArray[Any], actions: Actions) -> float:
     """Highest action value in state s without the excluded action, or NOTHING: (2.17), (3.12)."""
     best = NOTHING
+    if len(actions) != 4:
+        for a in range(count_actions(actions)):
+            if a != excluded and q[s, a] > best:
+                best = q[s, a]
+        return best
     if excluded != 0 and q[s, 0] > best:
         best = q[s, 0]
     if excluded != 1 and q[s, 1] > best:
@@ -26,9 +50,9 @@ def max_q_except(s: int, excluded: int, q: NDArray[Any]) -> float:
 
 
 @kernel
-def count_untried(s: int, q: NDArray[Any], visits: NDArray[Any]) -> int:
+def count_untried(s: int, q: NDArray[Any], visits: NDArray[Any], actions: Actions) -> int:
     """Return the number of actions of state s that were never tried."""
     count = 0
-    for a in range(4):
+    for a in range(count_actions(actions)):
         count += int(q[s, a] > NOTHING and visits[s, a] == 1.0)
     return count

@@ -22,6 +22,7 @@ from comply_ros.plots.grid_plot import (
     write_picture,
 )
 from comply_ros.plots.running_mean import running_mean
+from comply_ros.plots.state_plot import state_trust_figure
 from comply_ros.protocol.messages import Episode
 from comply_ros.world.mdp import World
 
@@ -78,19 +79,24 @@ def draw_episode_lengths(path: Path, episodes: Sequence[Episode], step_limit: in
     write_picture(figure, path)
 
 
-def draw_trust_map(path: Path, world: World, advice: NDArray[np.int8],
+def draw_trust_map(path: Path, world: World, advice: NDArray[Any],
                    confidence: NDArray[np.float64], visited: NDArray[np.bool_],
                    summary: Summary) -> None:
     """Write a PNG of a `trust_map_figure`."""
     write_picture(trust_map_figure(world, advice, confidence, visited, summary), path)
 
 
-def trust_map_figure(world: World, advice: NDArray[np.int8], confidence: NDArray[np.float64],
+def trust_map_figure(world: World, advice: NDArray[Any], confidence: NDArray[np.float64],
                      visited: NDArray[np.bool_], summary: Summary) -> Figure:
-    """Return a `trust_figure` of a training; summary: of its run."""
+    """
+    Return a `trust_figure` of a training, or a `state_trust_figure` where there is no grid.
+
+    summary: of its run.
+    """
     title = (f'Where {summary["method"]} follows its mentor ({summary["mentor"]}); '
              'grey: never visited')
-    return trust_figure(world, title, advice, confidence, visited)
+    draw = trust_figure if world.model == 'grid' else state_trust_figure
+    return draw(world, title, advice, confidence, visited)
 
 
 def _new_axes(summary: Summary) -> tuple[Figure, Axes]:

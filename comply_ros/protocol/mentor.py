@@ -163,7 +163,7 @@ class Mentor:
             return False
         if observed.truncated:
             return msg.action == NO_ACTION
-        return (self.world is not None and msg.action in range(4)
+        return (self.world is not None and msg.action in range(self.world.n_actions)
                 and bool(self.world.available[observed.state, msg.action]))
 
     def advice(self, state: int) -> int:

@@ -163,7 +163,7 @@ class RunTracker:
             self.world = World(grid)
             self._successor = plain_view(self.world.successor)
             self._terminal = plain_view(self.world.terminal)
-            self._step_limit = self.world.grid.step_limit
+            self._step_limit = self.world.step_limit
         return (*self._on_new_run(is_reset), *(
             output for handler, (msg, _) in held.items() for output in handler(msg)))
 

@@ -18,7 +18,7 @@ from comply_ros.world.mdp import World
 
 def validate_observation(msg: StateReward, world: World) -> Rejected | None:
     """Return why an observation cannot be right in this world, or None."""
-    s, states = msg.state, len(world.terminal)
+    s, states = msg.state, world.n_states
     if not 0 <= s < states:
         return Rejected('state outside the grid',
                         f'a state must lie in [0, {states - 1}], got {s}')
@@ -31,7 +31,7 @@ def validate_observation(msg: StateReward, world: World) -> Rejected | None:
     if msg.terminated != bool(world.terminal[s]):
         return Rejected('wrong end', 'terminated must be true at a goal and nowhere else, '
                         f'got {msg.terminated} in state {s}')
-    limit = world.grid.step_limit
+    limit = world.step_limit
     if msg.step > limit or msg.truncated != (msg.step == limit and not msg.terminated):
         return Rejected('wrong step', f'an episode must be truncated at step {limit} and nowhere '
                         f'else, got {msg.truncated} at step {msg.step}')
@@ -43,13 +43,13 @@ def validate_observation(msg: StateReward, world: World) -> Rejected | None:
 
 def validate_recommendation(msg: Recommendation, world: World) -> Rejected | None:
     """Return why a recommendation cannot be right in this world, or None."""
-    states = len(world.terminal)
+    states = world.n_states
     if not 0 <= msg.state < states:
         return Rejected('advice outside the grid', 'a recommendation must be for a state in '
                         f'[0, {states - 1}], got {msg.state}')
     acts = world.free[msg.state]  # advice for other states is never used, so it may be anything
     if acts and msg.action != NO_ACTION and not (
-            0 <= msg.action < 4 and world.available[msg.state, msg.action]):
+            0 <= msg.action < world.n_actions and world.available[msg.state, msg.action]):
         return Rejected('advice not available', 'a recommendation must be an action that the '
                         f'state has, or {NO_ACTION}, got {msg.action} in state {msg.state}')
     return None

@@ -4,8 +4,8 @@
 from collections.abc import Callable
 import hashlib
 from pathlib import Path
+from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
 from comply_ros.learner.learned import LearningError
@@ -59,7 +59,7 @@ def is_slow(spec: MentorSpec, world: World, seed: int) -> bool:
 
 
 def mentor_policy(spec: MentorSpec, world: World, seed: int,
-                  on_progress: Callable[[float], None] = lambda share: None) -> NDArray[np.int8]:
+                  on_progress: Callable[[float], None] = lambda share: None) -> NDArray[Any]:
     """
     `advice[s]` of a mentor from `read_mentor_spec`; -1 for no advice.
 
@@ -80,7 +80,7 @@ def mentor_policy(spec: MentorSpec, world: World, seed: int,
     return sparse_policy(policy, world, spec.coverage, seed)
 
 
-def policy_of_file(spec: MentorSpec, world: World) -> NDArray[np.int8]:
+def policy_of_file(spec: MentorSpec, world: World) -> NDArray[Any]:
     """`policy[s]` that a mentor from a file carries; the errors are those of `mentor_policy`."""
     if spec.kind == 'file':
         return parse_policy(spec.value, world)
@@ -92,7 +92,7 @@ def policy_of_file(spec: MentorSpec, world: World) -> NDArray[np.int8]:
 
 
 def _cached_policy(spec: MentorSpec, world: World, seed: int,
-                   on_progress: Callable[[float], None]) -> NDArray[np.int8]:
+                   on_progress: Callable[[float], None]) -> NDArray[Any]:
     """Return a policy from the cache, where it is written if it was not there."""
     path = _cache_file(spec, world, seed)
     try:
@@ -109,6 +109,6 @@ def _cached_policy(spec: MentorSpec, world: World, seed: int,
 
 
 def _cache_file(spec: MentorSpec, world: World, seed: int) -> Path:
-    key = (world.grid.sha256, spec.kind, spec.value, seed, FORMAT_VERSION, ALGORITHM_VERSION)
+    key = (world.sha256, spec.kind, spec.value, seed, FORMAT_VERSION, ALGORITHM_VERSION)
     name = hashlib.sha256(repr(key).encode()).hexdigest()[:24]
     return cache_folder() / 'mentors' / f'{name}.txt'

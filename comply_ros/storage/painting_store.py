@@ -2,8 +2,8 @@
 """What a person has painted, on disk: a policy file for each map."""
 
 from pathlib import Path
+from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
 from comply_ros.mentor.policy import PolicyError
@@ -32,14 +32,14 @@ class PaintingStore:
 
     def path(self, world: World) -> Path:
         """Path of the file for a world."""
-        return self._folder / f'{self._name}.{world.grid.sha256[:DIGEST_LENGTH]}.txt'
+        return self._folder / f'{self._name}.{world.sha256[:DIGEST_LENGTH]}.txt'
 
-    def load(self, world: World) -> NDArray[np.int8] | None:
+    def load(self, world: World) -> NDArray[Any] | None:
         """Return the policy for a world, None where there is none; raises PolicyError."""
         path = self.path(world)
         return read_policy(path, world) if path.exists() else None
 
-    def save(self, policy: NDArray[np.int8], world: World) -> None:
+    def save(self, policy: NDArray[Any], world: World) -> None:
         """Write the policy for a world; raises PolicyError if that cannot be."""
         try:
             self._lock.renew()  # somebody may have removed the folder

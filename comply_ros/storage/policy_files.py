@@ -2,8 +2,8 @@
 """Policies as text files."""
 
 from pathlib import Path
+from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
 from comply_ros.mentor.policy import PolicyError
@@ -13,7 +13,7 @@ from comply_ros.storage.user_files import read_text
 from comply_ros.world.mdp import World
 
 
-def read_policy(path: str | Path, world: World) -> NDArray[np.int8]:
+def read_policy(path: str | Path, world: World) -> NDArray[Any]:
     """
     `policy[s]` of a policy file; -1 for no advice.
 
@@ -29,7 +29,7 @@ def read_policy(path: str | Path, world: World) -> NDArray[np.int8]:
                           f'({error})') from None
 
 
-def write_policy(path: str | Path, policy: NDArray[np.int8], world: World) -> None:
+def write_policy(path: str | Path, policy: NDArray[Any], world: World) -> None:
     """
     Write a policy file as a whole.
 

@@ -17,8 +17,10 @@ from comply_ros.numerics.rng import SEED_LIMIT
 from comply_ros.storage.learning_file import read_learning
 from comply_ros.storage.map_files import read_map
 from comply_ros.storage.mentor_cache import policy_of_file, read_mentor_spec
-from comply_ros.world.grid import Grid
-from comply_ros.world.mdp import World
+from comply_ros.world.grid import Grid, MapError
+from comply_ros.world.mdp import Source, World
+from comply_ros.world.spaces import Spaces
+from comply_ros.world.table import Table
 
 
 @dataclass(frozen=True)
@@ -31,7 +33,7 @@ class TrainingSpec:
     map_name, profile, method, mentor, mentor_seed, seed, budget, advising: as in `spec_training`.
     settings: the fields of the method that were changed.
     initial_learning: path of the file, or what it is from; None without one.
-    grid, config, spec, initial: what map, method, mentor and initial learning stand for.
+    source, config, spec, initial: what map, method, mentor and initial learning stand for.
 
     """
 
@@ -45,15 +47,24 @@ class TrainingSpec:
     budget: int
     advising: str
     initial_learning: str | None
-    grid: Grid
+    source: Source
     config: LearnerConfig
     spec: MentorSpec
     initial: Learned | None
 
+    @property
+    def grid(self) -> Grid:
+        """The map, if it is a grid; raises a MapError otherwise."""
+        if isinstance(self.source, Grid):
+            return self.source
+        raise MapError('what nodes learn in must be a grid, got map '
+                       f'{self.map_name!r}, which is none: use the command train')
 
-def spec_training(map_name: str | os.PathLike[str] = 'maze', method: str = 'beta_implicit',
-                  mentor: str = 'snapshot:0.75', *, profile: str = 'published', seed: int = 0,
-                  mentor_seed: int = 0, budget: int = UNLIMITED, advising: str = 'early',
+
+def spec_training(map_name: str | os.PathLike[str] | Source = 'maze',
+                  method: str = 'beta_implicit', mentor: str = 'snapshot:0.75', *,
+                  profile: str = 'published', seed: int = 0, mentor_seed: int = 0,
+                  budget: int = UNLIMITED, advising: str = 'early',
                   initial_learning: str | os.PathLike[str] | Learned | None = None,
                   settings: Mapping[str, Any] | None = None) -> TrainingSpec:
     """
@@ -61,7 +72,7 @@ def spec_training(map_name: str | os.PathLike[str] = 'maze', method: str = 'beta
 
     Parameters
     ----------
-    map_name: of a map of the package, or path of a map file.
+    map_name: of a map of the package, or path of a map file; or the map itself.
     method: name of a preset.
     mentor: as in `parse_mentor_spec`.
     profile: settings of the text of the report, or of the runs behind its figures.
@@ -85,14 +96,22 @@ def spec_training(map_name: str | os.PathLike[str] = 'maze', method: str = 'beta
         if not 0 <= number <= SEED_LIMIT:
             raise ConfigError(f'{name} must lie in [0, {SEED_LIMIT}], got {number}')
     validate_advice_budget(budget, advising)
-    grid, spec = read_map(os.fspath(map_name), profile), read_mentor_spec(mentor)
+    name, source = _source(map_name, profile)
+    spec = read_mentor_spec(mentor)
     if spec.kind in FROM_FILES:
-        policy_of_file(spec, World(grid))
-    initial, source = _initial(initial_learning)
+        policy_of_file(spec, World(source))
+    initial, start = _initial(initial_learning)
     if initial:
-        begin_from(initial, World(grid), config)
-    return TrainingSpec(os.fspath(map_name), profile, method, mentor, mentor_seed, seed, changed,
-                        budget, advising, source, grid, config, spec, initial)
+        begin_from(initial, World(source), config)
+    return TrainingSpec(name, profile, method, mentor, mentor_seed, seed, changed,
+                        budget, advising, start, source, config, spec, initial)
+
+
+def _source(given: str | os.PathLike[str] | Source, profile: str) -> tuple[str, Source]:
+    """Return the name of a map, and the map itself."""
+    if isinstance(given, Grid | Table | Spaces):
+        return f'{type(given).__name__.lower()} {given.sha256[:8]}', given
+    return os.fspath(given), read_map(os.fspath(given), profile)
 
 
 def _initial(given: str | os.PathLike[str] | Learned | None,

@@ -63,7 +63,7 @@ def _plot(name: str, *arguments: Any) -> None:
 
 
 def report_training(training: TrainingSpec, folder: Path, reference: ReferenceReturns,
-                    advice: NDArray[np.int8], outcomes: Sequence[dict[str, Any]],
+                    advice: NDArray[Any], outcomes: Sequence[dict[str, Any]],
                     plot: Plot = plot_here) -> None:
     """Write and show the results of a training; arguments as `write_results`."""
     summary, files = write_numbers(training, folder, reference, advice, outcomes)
@@ -75,7 +75,7 @@ def report_training(training: TrainingSpec, folder: Path, reference: ReferenceRe
 
 
 def write_results(training: TrainingSpec, folder: Path, reference: ReferenceReturns,
-                  advice: NDArray[np.int8], outcomes: Sequence[dict[str, Any]]) -> None:
+                  advice: NDArray[Any], outcomes: Sequence[dict[str, Any]]) -> None:
     """
     Write the results of a training: what was learned first, then what is drawn of it.
 
@@ -89,7 +89,7 @@ def write_results(training: TrainingSpec, folder: Path, reference: ReferenceRetu
 
 
 def write_numbers(training: TrainingSpec, folder: Path, reference: ReferenceReturns,
-                  advice: NDArray[np.int8], outcomes: Sequence[dict[str, Any]],
+                  advice: NDArray[Any], outcomes: Sequence[dict[str, Any]],
                   ) -> tuple[dict[str, Any], list[Path]]:
     """Write all but the pictures; return the summary and the paths of the files."""
     has_mentor = training.spec.kind != 'none'
@@ -107,7 +107,7 @@ def write_numbers(training: TrainingSpec, folder: Path, reference: ReferenceRetu
 
 
 def draw_pictures(training: TrainingSpec, folder: Path, reference: ReferenceReturns,
-                  advice: NDArray[np.int8], outcomes: Sequence[dict[str, Any]],
+                  advice: NDArray[Any], outcomes: Sequence[dict[str, Any]],
                   summary: dict[str, Any], plot: Plot) -> Generator[Path]:
     """Draw the pictures of a training; yield the path of each when it is written."""
     curves = np.array([each['returns'] for each in outcomes])

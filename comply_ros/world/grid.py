@@ -14,6 +14,7 @@ from comply_ros.world.reachability import can_reach_goal
 FREE, OBSTACLE, GOAL = CELLS = '.#G'
 LEFT, RIGHT, DOWN, UP = range(4)
 NO_ACTION = -1  # of a mentor: no advice; of a learner: the episode is over
+ACTION_NAMES = 'left', 'right', 'down', 'up'
 ARROWS = '<>v^'  # ARROWS[action]
 STEPS = ((-1, 0), (1, 0), (0, -1), (0, 1))  # STEPS[action]: (dx, dy), x to the right, y up
 

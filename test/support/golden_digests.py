@@ -12,5 +12,5 @@ CHANGED = ('what {} computes has other bits than before. If that is not what you
 
 
 def golden_digests(part: str) -> Any:
-    """Return a part of the file: `trainings`, `budgets`, `mentors` or `lesson`."""
+    """Return a part of the file: `trainings`, `budgets`, `mentors`, `tables` or `lesson`."""
     return json.loads((Path(__file__).parents[1] / 'golden_digests.json').read_text())[part]

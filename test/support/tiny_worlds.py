@@ -5,8 +5,11 @@ from comply_ros.learner.belief_update import update_belief
 from comply_ros.learner.confidence import confidence
 from comply_ros.learner.learner_config import LearnerConfig
 from comply_ros.learner.learner_state import initial_state
+from comply_ros.numerics.q_ops import actions_for_kernels
 from comply_ros.world.grid import Grid, RIGHT
 from comply_ros.world.mdp import World
+
+FOUR = actions_for_kernels(4)  # the actions of a grid, as kernels take their number
 
 
 def grid(*rows, starts=(0,), step=-1.0, obstacle=-5.0, goal=10.0, intended=0.8, limit=50):
@@ -29,7 +32,7 @@ class Bench:
 
     def __init__(self, world, **settings):
         self.config = LearnerConfig(**settings)
-        self.kernel_config = self.config.for_kernels()
+        self.kernel_config = self.config.for_kernels(world.n_actions)
         self.state = initial_state(world, self.config)
 
     def confidence(self, as_run, s=4, advice=RIGHT, step=0):

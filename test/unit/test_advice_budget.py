@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+from tiny_tables import hall, machine
 from tiny_worlds import corridor, grid, room
 
 from comply_ros.mentor.advice_budget import (
@@ -78,3 +79,17 @@ def test_an_impossible_budget_is_rejected(budget, when, message):
     with pytest.raises(MentorError) as error:
         validate_advice_budget(budget, when)
     assert str(error.value) == message
+
+
+def test_an_important_mentor_in_a_world_without_a_grid():
+    # Values of run, stop: 4, 0. Gaps: 4 - 0 when on; worn 0 - (-5 + 4) = 1. Median: 2.5
+    world, policy = World(machine()), np.array([0, 1, -1], dtype=np.int8)
+    assert importance(world, policy) == pytest.approx([4.0, 1.0, 0.0])
+    assert advice(AdviceBudget(world, policy, budget=1, when='important'), 1, 0) == [-1, 0]
+
+
+def test_a_budget_has_room_for_many_actions():
+    mentor = AdviceBudget(World(hall(3, 300)), [299, 0, -1], budget=2, when='mistakes')
+    mentor.record_action(0, 298)
+    assert advice(mentor, 0, 1) == [299, -1]
+    assert mentor.last_actions.tolist() == [298, -1, -1]

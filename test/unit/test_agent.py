@@ -20,6 +20,7 @@ from comply_ros.protocol.messages import Action, Recommendation, step_id
 from comply_ros.world.grid import NO_ACTION, RIGHT
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import optimal_policy
+from comply_ros.world.spaces import Spaces
 
 
 def make_agent(**settings):
@@ -249,3 +250,14 @@ def test_a_mentor_that_missed_the_last_action_before_a_goal_receives_it_again(ki
     assert network.learner.finished, f'stands still at {step_id(network.world.observation)}'
     assert network.missed > 3
     assert network.learner.state.digest() == training.state.digest()
+
+
+def test_an_agent_learns_in_a_world_without_a_model():  # (2.15): q = 0 + 1 * (5 - 0)
+    agent = Agent(LearnerConfig(episodes=1, iterations=1), seed=0)
+    agent.start(World(Spaces(300, ('go', 'wait', 'turn'), 10)))
+    first = agent.step(299, 0, 0.0, False, False, NO_ACTION)
+    last = agent.step(7, 1, 5.0, True, False, NO_ACTION)
+    assert (last.action, last.iteration.mean_return, agent.finished) == (NO_ACTION, 5.0, True)
+    assert agent.state.q[299, first.action] == 5.0
+    assert agent.state.q.sum() == 5.0
+    assert agent.learned([-1] * 300).policy[299] == first.action

@@ -3,9 +3,16 @@
 
 import numpy as np
 import pytest
-from tiny_worlds import Bench, corridor, room
+from tiny_worlds import Bench, corridor, FOUR, room
 
-from comply_ros.learner.exploration import choose, greedy_or_untried_action, softmax_action
+from comply_ros.learner.exploration import (
+    choose,
+    greedy_or_untried_action,
+    policy_action,
+    softmax_action,
+    softmax_action_of_many,
+)
+from comply_ros.numerics.q_ops import actions_for_kernels
 from comply_ros.world.grid import DOWN, LEFT, RIGHT, UP
 
 
@@ -16,24 +23,24 @@ from comply_ros.world.grid import DOWN, LEFT, RIGHT, UP
     (0.9999999999999999, UP)])
 def test_softmax_shares(as_run, u, action):
     q = np.array([[1.0, 2.0, -np.inf, 0.0]])
-    assert as_run(softmax_action)(0, -1, u, 0.5, q) == action
+    assert as_run(softmax_action)(0, -1, u, 0.5, q, FOUR) == action
 
 
 # The same without RIGHT: e^0, e^-2 of (1, 0): shares end at 0.8807971 and 1.
 @pytest.mark.parametrize('u, action', [(0.88, LEFT), (0.8808, UP)])
 def test_softmax_without_the_excluded_action(as_run, u, action):
     q = np.array([[1.0, 2.0, -np.inf, 0.0]])
-    assert as_run(softmax_action)(0, RIGHT, u, 0.5, q) == action
+    assert as_run(softmax_action)(0, RIGHT, u, 0.5, q, FOUR) == action
 
 
 def test_a_cold_softmax_is_greedy(as_run):
     q = np.array([[1.0, 1.001, -np.inf, 0.0]])
     for u in (0.0, 0.5, 0.9999999999999999):
-        assert as_run(softmax_action)(0, -1, u, 1e-9, q) == RIGHT
+        assert as_run(softmax_action)(0, -1, u, 1e-9, q, FOUR) == RIGHT
 
 
 def test_a_state_with_no_other_action_gives_the_excluded_one(as_run):
-    assert as_run(softmax_action)(0, RIGHT, 0.5, 1.0, Bench(corridor()).state.q) == RIGHT
+    assert as_run(softmax_action)(0, RIGHT, 0.5, 1.0, Bench(corridor()).state.q, FOUR) == RIGHT
 
 
 @pytest.mark.parametrize('q, excluded, action', [
@@ -42,7 +49,7 @@ def test_a_state_with_no_other_action_gives_the_excluded_one(as_run):
     ([0.0, 0.0, 0.0, 0.0], UP, DOWN), ([0.0, 0.0, -np.inf, 0.0], UP, RIGHT)])
 def test_rounding_never_chooses_an_action_without_weight(as_run, q, excluded, action):
     # u = 1 stands for a u below 1 whose product with the sum of the weights is rounded up to it.
-    assert as_run(softmax_action)(0, excluded, 1.0, 1.0, np.array([q])) == action
+    assert as_run(softmax_action)(0, excluded, 1.0, 1.0, np.array([q]), FOUR) == action
 
 
 # (3.2), (3.7): the advice with probability p, else the own choice
@@ -69,9 +76,46 @@ def test_without_advice_or_trust_the_choice_is_its_own(as_run, settings, advice)
 @pytest.mark.parametrize('u, action', [(0.0, LEFT), (0.49, LEFT), (0.5, RIGHT), (0.99, RIGHT)])
 def test_untried_actions_are_equally_likely(as_run, u, action):
     q, visits = np.array([[1.0, 2.0, -np.inf, 3.0]]), np.array([[1.0, 1.0, 1.0, 2.0]])
-    assert as_run(greedy_or_untried_action)(0, True, u, q, visits) == action
+    assert as_run(greedy_or_untried_action)(0, True, u, q, visits, FOUR) == action
 
 
 def test_where_every_action_was_tried_the_best_one_is_chosen(as_run):
     q, visits = np.array([[1.0, 2.0, -np.inf, 3.0]]), np.array([[2.0, 2.0, 1.0, 2.0]])
-    assert as_run(greedy_or_untried_action)(0, True, 0.0, q, visits) == UP
+    assert as_run(greedy_or_untried_action)(0, True, 0.0, q, visits, FOUR) == UP
+
+
+# As for four actions above, with a fifth of the value 1: weights e^-2, 1, 0, e^-4, e^-2 with the
+# sum 1.2889862: shares end at 0.1049937, 0.8807971, 0.8807971, 0.8950063, 1.
+@pytest.mark.parametrize('n_actions', [5, 20])
+@pytest.mark.parametrize('u, action', [
+    (0.0, 0), (0.10499, 0), (0.105, 1), (0.88079, 1), (0.8808, 3), (0.895, 3), (0.89501, 4),
+    (1.0, 4)])
+def test_softmax_shares_of_other_numbers_of_actions(as_run, n_actions, u, action):
+    q = np.full((1, n_actions), -np.inf)
+    q[0, :5] = 1.0, 2.0, -np.inf, 0.0, 1.0
+    actions = actions_for_kernels(n_actions)
+    assert as_run(softmax_action)(0, -1, u, 0.5, q, actions) == action
+
+
+def test_one_action_is_always_taken(as_run):
+    q, one = np.zeros((1, 1)), actions_for_kernels(1)
+    for u, excluded in ((0.0, -1), (0.99, -1), (0.5, 0)):
+        assert as_run(softmax_action)(0, excluded, u, 1.0, q, one) == 0
+
+
+def test_the_softmax_of_many_has_the_bits_of_that_of_four(as_run):
+    generator = np.random.default_rng(0)
+    four, many = as_run(softmax_action), as_run(softmax_action_of_many)
+    for _ in range(2000):
+        q = generator.normal(0, 3, (1, 4))
+        q[0, generator.random(4) < 0.2] = -np.inf
+        arguments = (0, int(generator.integers(-1, 4)), generator.random(),
+                     float(generator.choice([1e-9, 0.1, 1.0])), q, FOUR)
+        assert four(*arguments) == many(*arguments)
+
+
+@pytest.mark.parametrize('u, action', [(0.0, 1), (0.49, 1), (0.5, 4), (0.999, 4)])
+def test_without_a_policy_any_action_of_the_state_is_taken(as_run, u, action):
+    q = np.array([[-np.inf, 0.0, -np.inf, -np.inf, 3.0]])
+    none = np.array([-1], dtype=np.int8)
+    assert as_run(policy_action)(0, u, none, q, actions_for_kernels(5)) == action

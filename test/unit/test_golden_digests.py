@@ -5,6 +5,7 @@ import hashlib
 
 from golden_digests import CHANGED, golden_digests
 import pytest
+from tiny_tables import machine
 
 from comply_ros.learner.presets import METHODS
 from comply_ros.learner.snapshot_mentor import make_policy
@@ -14,15 +15,15 @@ from comply_ros.mentor.mentor_policies import parse_mentor_spec, sparse_policy
 from comply_ros.storage.map_files import read_map
 from comply_ros.world.mdp import World
 
-GOLDEN = {part: golden_digests(part) for part in ('trainings', 'budgets', 'mentors')}
+GOLDEN = {part: golden_digests(part) for part in ('trainings', 'budgets', 'mentors', 'tables')}
 ROWS = [(profile, method) for profile in METHODS for method in METHODS[profile]]
 MAP, MENTOR, SEED, ITERATIONS = 'bar_grid', 'noisy:0.3', 3, 6
 BUDGET = 20
 
 
-def training_digest(profile, method, budget=0, advising='early'):
-    """Return the digest of a short training of one preset in one profile."""
-    world = World(read_map(MAP, profile))
+def training_digest(profile, method, budget=0, advising='early', source=None):
+    """Return the digest of a short training of one preset in one profile, or in another world."""
+    world = World(source or read_map(MAP, profile))
     advice = make_policy(parse_mentor_spec(MENTOR), world, SEED)
     mentor = AdviceBudget(world, advice, budget, advising)
     training = Training(world, mentor, METHODS[profile][method], SEED)
@@ -35,6 +36,12 @@ def training_digest(profile, method, budget=0, advising='early'):
 def test_a_short_training_has_its_golden_digest(profile, method):
     digest = training_digest(profile, method)
     assert digest == GOLDEN['trainings'][profile][method], CHANGED.format(method, digest)
+
+
+@pytest.mark.parametrize('method', METHODS['published'])
+def test_a_short_training_in_a_table_has_its_golden_digest(method):
+    digest = training_digest('published', method, source=machine())
+    assert digest == GOLDEN['tables'][method], CHANGED.format(method, digest)
 
 
 @pytest.mark.parametrize('advising', ADVISING_MODES)

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tiny_worlds import corridor, room
+from tiny_worlds import corridor, FOUR, room
 
 from comply_ros.learner.agent import Agent, no_advice
 from comply_ros.learner.exploration import policy_action
@@ -71,7 +71,7 @@ def test_where_a_policy_knows_nothing_any_action_of_the_state_is_taken(as_run):
     policy = np.array([NO_ACTION, LEFT, *7 * [NO_ACTION]], dtype=np.int8)
 
     def actions(s):
-        return [as_run(policy_action)(s, u, policy, q) for u in (0.0, 0.49, 0.5, 0.999)]
+        return [as_run(policy_action)(s, u, policy, q, FOUR) for u in (0.0, 0.49, 0.5, 0.999)]
     assert actions(0) == [RIGHT, RIGHT, UP, UP]  # the lower left corner
     assert actions(1) == 4 * [LEFT]
     assert actions(4) == [LEFT, RIGHT, DOWN, UP]

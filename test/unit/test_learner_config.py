@@ -19,11 +19,12 @@ from comply_ros.learner.presets import find_method
 
 def test_kernels_get_every_field_as_a_number():
     names = tuple(each.name for each in fields(LearnerConfig))
-    assert KernelConfig._fields == tuple(CONFIG_FIELDS) == names
+    assert KernelConfig._fields == (*CONFIG_FIELDS, 'actions') == (*names, 'actions')
     config = find_method('explicit', 'report')
-    kernel_config = config.for_kernels()
+    kernel_config = config.for_kernels(4)
     assert TRUSTS[kernel_config.trust] == 'explicit'
-    assert all(isinstance(value, (bool, int, float)) for value in kernel_config)
+    assert all(isinstance(value, (bool, int, float)) for value in kernel_config[:-1])
+    assert len(kernel_config.actions) == 4
     for name in names:
         assert name == 'trust' or getattr(kernel_config, name) == getattr(config, name)
 

@@ -6,6 +6,7 @@ import os
 
 import numpy as np
 import pytest
+from tiny_tables import frozen_lake, machine
 from tiny_worlds import corridor
 
 from comply_ros.learner.snapshot_mentor import make_policy
@@ -15,6 +16,7 @@ from comply_ros.storage.map_files import read_map
 from comply_ros.storage.mentor_cache import is_slow, mentor_policy, read_mentor_spec
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import optimal_policy, ReferenceReturns
+from comply_ros.world.spaces import Spaces
 
 FREE_GRID = World(read_map('free_grid', 'report'))
 
@@ -161,3 +163,43 @@ def test_a_policy_file_that_cannot_be_read_is_named(tmp_path):
     with pytest.raises(MentorError, match='it is not text'):
         read_mentor_spec(f'file:{tmp_path / "bytes"}')
     assert os.path.exists(tmp_path / 'bytes')
+
+
+@pytest.mark.parametrize('text, actions', [
+    ('optimal', [0, 1, -1]), ('adversarial', [1, 2, -1]), ('none', [-1, -1, -1]),
+    ('noisy:0', [0, 1, -1])])
+def test_mentors_of_a_world_without_a_grid(text, actions):  # q: (4, 0, none), (-0.25, 0, -1)
+    policy = mentor_policy(read_mentor_spec(text), World(machine()), 0)
+    assert (policy.tolist(), policy.dtype) == (actions, np.int8)
+
+
+def test_a_random_mentor_gives_every_action_of_a_state():
+    world = World(machine())
+    policies = {tuple(mentor_policy(read_mentor_spec('random'), world, seed).tolist())
+                for seed in range(60)}
+    assert policies == {(a, b, -1) for a in (0, 1) for b in (0, 1, 2)}
+
+
+def test_a_sparse_mentor_has_advice_in_a_share_of_the_states_where_an_episode_can_go_on():
+    world = World(frozen_lake())
+    policy = mentor_policy(read_mentor_spec('optimal@0.5'), world, 0)
+    assert (policy >= 0).sum() == round(0.5 * world.free.sum())
+    assert not (policy[~world.free] >= 0).any()
+
+
+@pytest.mark.parametrize('text', ['optimal', 'adversarial', 'noisy:0.5', 'snapshot:0.5'])
+def test_a_mentor_that_must_plan_needs_a_model(text):
+    with pytest.raises(MentorError) as error:
+        make_policy(parse_mentor_spec(text), World(Spaces(3, ('go', 'wait'), 10)), 0)
+    kind = text.partition(':')[0]
+    assert str(error.value) == (
+        f'a mentor of the kind {kind!r} must plan, and nobody knows what an action leads to in a '
+        'world without a model: use one from a file (file:PATH), from a training '
+        '(learned:FILE.npz), none, a person, or a node of your own')
+
+
+def test_without_a_model_a_mentor_can_be_random_or_from_a_file(tmp_path):
+    world, file = World(Spaces(3, ('go', 'wait'), 10)), tmp_path / 'policy.txt'
+    file.write_text('1 wait')
+    assert mentor_policy(read_mentor_spec(f'file:{file}'), world, 0).tolist() == [-1, 1, -1]
+    assert set(make_policy(parse_mentor_spec('random'), world, 0).tolist()) <= {0, 1}

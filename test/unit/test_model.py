@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from tiny_worlds import Bench, corridor, room
+from tiny_worlds import Bench, corridor, FOUR, room
 
 from comply_ros.learner.model import (
     backup,
@@ -57,7 +57,7 @@ def test_a_backup_adds_the_reward_and_the_best_value_of_the_successor(as_run):
     bench.state.visits[4, [RIGHT, UP]] = 2.0
     bench.state.outcomes[4, RIGHT] = [-1.0, 5.0, 1.0]
     bench.state.outcomes[4, UP] = [10.0, TERMINAL, 1.0]
-    as_run(backup)(4, 0.5, bench.state.q, bench.state.visits, bench.state.outcomes)
+    as_run(backup)(4, 0.5, bench.state.q, bench.state.visits, bench.state.outcomes, FOUR)
     # right: -1 + 0.5 * 6; up ends the episode; left and down were never tried
     assert bench.state.q[4].tolist() == [3.0, 2.0, 3.0, 10.0]
 

@@ -5,6 +5,7 @@ from array import array
 
 import numpy as np
 import pytest
+from tiny_tables import hall, machine
 from tiny_worlds import grid
 
 from comply_ros.mentor.policy import PolicyError, validate_advice, validate_policy
@@ -106,3 +107,34 @@ def test_advice_that_is_no_action_is_rejected(action):
 def test_no_advice_fits_everywhere():
     for state in range(10):
         validate_advice(state, -1, WORLD)
+
+
+@pytest.mark.parametrize('state, action, message', [
+    (0, 3, 'an action must be 0 run, 1 stop, 2 repair, or -1 for no advice, got 3 in state 0'),
+    (0, 2, "an action must be one that the state has, got 'repair' in state 0"),
+    (2, 0, 'a policy has advice only in states in which an episode can go on, got '
+     "'run' in state 2"),
+    (3, 0, 'a state must lie in [0, 2], got 3')])
+def test_without_a_grid_messages_name_states_and_actions(state, action, message):
+    with pytest.raises(PolicyError) as error:
+        validate_advice(state, action, World(machine()))
+    assert str(error.value) == message
+
+
+def test_of_many_actions_a_message_has_the_range():
+    with pytest.raises(PolicyError) as error:
+        validate_advice(0, 20, World(hall(3, 20)))
+    assert str(error.value) == ('an action must be a number in [0, 19], or -1 for no advice, got '
+                                '20 in state 0')
+
+
+def test_a_policy_of_another_world_without_a_grid_is_rejected():
+    with pytest.raises(PolicyError, match='a policy must have the 3 states of the world, got'):
+        validate_policy([0, 0], World(machine()))
+
+
+@pytest.mark.parametrize('n_actions, kind', [(3, np.int8), (200, np.int16)])
+def test_a_policy_has_the_type_of_the_actions_of_its_world(n_actions, kind):
+    policy = validate_policy([n_actions - 1, 0, -1], World(hall(3, n_actions)))
+    assert policy.dtype == kind
+    assert policy.tolist() == [n_actions - 1, 0, -1]

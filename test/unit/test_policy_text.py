@@ -2,6 +2,7 @@
 """Policies as text."""
 
 import pytest
+from tiny_tables import hall, machine
 from tiny_worlds import grid
 
 from comply_ros.mentor.policy import PolicyError
@@ -41,3 +42,42 @@ def test_a_policy_that_does_not_fit_is_rejected(text, message):
     with pytest.raises(PolicyError) as error:
         parse_policy(text, WORLD)
     assert str(error.value) == message
+
+
+MACHINE = World(machine())
+
+
+def test_a_policy_without_a_grid_has_a_line_for_each_state_with_advice():
+    policy = parse_policy('1 repair\n\n 0 run \n', MACHINE)
+    assert policy.tolist() == [0, 2, -1]
+    assert format_policy(policy, MACHINE) == '0 run\n1 repair\n'
+    assert parse_policy('', MACHINE).tolist() == [-1, -1, -1]
+    assert parse_policy('2 run', MACHINE).tolist() == [-1, -1, -1]  # there, nobody can act
+
+
+def test_the_name_of_an_action_may_have_blanks():
+    world = World(machine(actions=('run on', 'stop', 'repair')))
+    assert format_policy(parse_policy('0 run on', world), world) == '0 run on\n'
+
+
+@pytest.mark.parametrize('text, message', [
+    ('run', "a line of a policy must be a state and the name of an action, such as '0 run', got "
+     "'run' in line 1"),
+    ('0\n', "such as '0 run', got '0' in line 1"), ('-1 run', "got '-1 run' in line 1"),
+    ('0 run\n3 stop', 'a state must lie in [0, 2], got 3 in line 2'),
+    (30 * '9' + ' stop', 'a state must lie in [0, 2], got 99999999999999999999 in line 1'),
+    ('0 go', "an action must be one of run, stop, repair, got 'go' in line 1"),
+    ('0 run\n0 stop', 'a policy must have one action for each state, got a second one for state '
+     '0 in line 2'),
+    ('0 repair', "an action must be one that the state has, got 'repair' in state 0")])
+def test_a_policy_by_states_that_does_not_fit_is_rejected(text, message):
+    with pytest.raises(PolicyError) as error:
+        parse_policy(text, MACHINE)
+    assert message in str(error.value)
+
+
+def test_a_message_names_only_the_first_of_many_actions():
+    with pytest.raises(PolicyError) as error:
+        parse_policy('0 go', World(hall(3, 20)))
+    assert str(error.value) == ("an action must be one of 0, 1, 2, 3, 4, 5, 6, 7, ..., got 'go' "
+                                'in line 1')

@@ -11,13 +11,15 @@ import sys
 from matplotlib.figure import Figure
 import numpy as np
 import pytest
+from tiny_tables import machine
 
 import comply_ros
 from comply_ros.experiments import train
 from comply_ros.learner.learned import LearningError
 from comply_ros.learner.learner_config import ConfigError
 from comply_ros.storage.training_spec import spec_training
-from comply_ros.terminal.training_options import training_parser
+from comply_ros.terminal.training_options import check_options, training_parser
+from comply_ros.world.grid import MapError
 
 SMALL = {'mentor': 'noisy:0.2', 'iterations': 3, 'episodes': 4}
 
@@ -157,3 +159,47 @@ def test_the_defaults_are_those_of_the_command():
 
 def test_the_package_is_typed():
     assert (Path(comply_ros.__file__).parent / 'py.typed').exists()
+
+
+@pytest.fixture(scope='module')
+def of_machine():
+    """Return the result of a short training in a world that is a table."""
+    return comply_ros.train(machine(), 'explicit', 'noisy:0.2', iterations=3, episodes=4)
+
+
+def test_a_table_is_a_world_to_train_in(of_machine, tmp_path):
+    assert of_machine.world.table == machine()
+    assert (of_machine.q.shape, of_machine.policy.shape) == ((3, 3), (3,))
+    assert of_machine.training.map_name == f'table {machine().sha256[:8]}'
+    assert of_machine.reference.optimal_return == pytest.approx(4.0)
+    folder = of_machine.save(tmp_path / 'out')
+    assert {each.name for each in folder.iterdir()} == {
+        'summary.json', 'learning.npz', 'learning_curve.png', 'trust_map.png', 'mentor.txt'}
+    assert (folder / 'mentor.txt').read_text().split()[::2] == ['0', '1']
+    assert json.loads((folder / 'summary.json').read_text())['digest'] == of_machine.digest
+
+
+def test_what_was_learned_in_a_table_is_a_mentor_and_a_start(of_machine, tmp_path):
+    folder = of_machine.save(tmp_path)
+    mentor = comply_ros.train(machine(), mentor=f'learned:{folder / "learning.npz"}', **{
+        'iterations': 1, 'episodes': 2})
+    assert mentor.advice.tolist() == of_machine.policy.tolist()
+    again = comply_ros.train(machine(), 'explicit', f'file:{folder / "mentor.txt"}',
+                             initial_learning=of_machine, iterations=1, learns=False)
+    assert again.policy.tolist() == of_machine.policy.tolist()
+    with pytest.raises(LearningError, match='was learned in another world'):
+        comply_ros.train(machine(limit=51), initial_learning=of_machine)
+
+
+def test_a_command_trains_in_a_map_that_is_a_table(monkeypatch, tmp_path, capsys):
+    monkeypatch.setattr('comply_ros.storage.training_spec.read_map', lambda *_: machine())
+    parser = training_parser('train', 'x')
+    parser.add_argument('--seeds', default=1)
+    options = check_options(parser.parse_args(
+        ['--map', 'machine', '--method', 'explicit', '--mentor', 'noisy:0.2', '--iterations', '3',
+         '--episodes', '4', '--out', str(tmp_path)]))
+    assert train.run(options) == 0
+    assert 'trust_map.png' in capsys.readouterr().out
+    assert (tmp_path / 'trust_map.png').stat().st_size > 1000
+    with pytest.raises(MapError, match="must be a grid, got map 'machine', which is none"):
+        options.grid  # noqa: B018 - it raises

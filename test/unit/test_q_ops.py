@@ -1,22 +1,57 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Operations on the action values of one state."""
+"""The number of actions as kernels know it, and operations on the values of one state."""
 
-from tiny_worlds import Bench, corridor, room
+import numpy as np
+import pytest
+from tiny_worlds import Bench, corridor, FOUR, room
 
-from comply_ros.numerics.q_ops import count_untried, max_q_except, NOTHING
+from comply_ros.numerics.q_ops import (
+    actions_for_kernels,
+    count_actions,
+    count_untried,
+    max_q_except,
+    MOST_UNROLLED,
+    NOTHING,
+)
 from comply_ros.world.grid import RIGHT
+
+
+@pytest.mark.parametrize('number', [1, 2, 4, 6, MOST_UNROLLED, MOST_UNROLLED + 1, 300])
+def test_kernels_know_any_number_of_actions(as_run, number):
+    assert as_run(count_actions)(actions_for_kernels(number)) == number
+
+
+def test_only_small_numbers_of_actions_have_code_of_their_own():
+    lengths = [len(actions_for_kernels(number)) for number in (1, 2, 4, MOST_UNROLLED, 17, 300)]
+    assert lengths == [1, 2, 4, MOST_UNROLLED, 1, 1]
 
 
 def test_the_highest_other_value(as_run):
     bench = Bench(room())
     bench.state.q[4] = [1.0, 3.0, 2.0, -1.0]
-    assert as_run(max_q_except)(4, RIGHT, bench.state.q) == 2.0
-    assert as_run(max_q_except)(4, -1, bench.state.q) == 3.0
-    assert as_run(max_q_except)(0, RIGHT, Bench(corridor()).state.q) == NOTHING
+    assert as_run(max_q_except)(4, RIGHT, bench.state.q, FOUR) == 2.0
+    assert as_run(max_q_except)(4, -1, bench.state.q, FOUR) == 3.0
+    assert as_run(max_q_except)(0, RIGHT, Bench(corridor()).state.q, FOUR) == NOTHING
+
+
+@pytest.mark.parametrize('number', [1, 3, 5, 20])
+def test_the_highest_other_value_of_any_number_of_actions(as_run, number):
+    q, actions = np.arange(number, dtype=float)[None], actions_for_kernels(number)
+    assert as_run(max_q_except)(0, -1, q, actions) == number - 1
+    assert as_run(max_q_except)(0, 0, q, actions) == (number - 1 if number > 1 else NOTHING)
+    assert as_run(max_q_except)(0, number - 1, q, actions) == (
+        number - 2 if number > 1 else NOTHING)
 
 
 def test_an_action_that_the_state_does_not_have_does_not_count_as_untried(as_run):
     bench = Bench(room())
-    assert as_run(count_untried)(0, bench.state.q, bench.state.visits) == 2
+    assert as_run(count_untried)(0, bench.state.q, bench.state.visits, FOUR) == 2
     bench.state.visits[0, RIGHT] = 2.0
-    assert as_run(count_untried)(0, bench.state.q, bench.state.visits) == 1
+    assert as_run(count_untried)(0, bench.state.q, bench.state.visits, FOUR) == 1
+
+
+@pytest.mark.parametrize('number', [2, 6, 20])
+def test_untried_actions_are_counted_of_any_number(as_run, number):
+    q, visits = np.zeros((1, number)), np.ones((1, number))
+    q[0, 0], visits[0, 1] = -np.inf, 2.0
+    assert as_run(count_untried)(0, q, visits, actions_for_kernels(number)) == number - 2

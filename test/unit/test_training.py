@@ -4,16 +4,22 @@
 from dataclasses import replace
 
 from bar_grid_training import PRESETS, trained
+from hypothesis import given
+from hypothesis import strategies as st
 import numpy as np
 import pytest
+from tiny_tables import frozen_lake, machine, tables
 from tiny_worlds import room
 
 from comply_ros.learner import training
 from comply_ros.learner.presets import find_method, METHODS
 from comply_ros.learner.training import Training
 from comply_ros.storage.map_files import read_map
+from comply_ros.world.grid import MapError
 from comply_ros.world.mdp import World
-from comply_ros.world.planning import optimal_policy
+from comply_ros.world.planning import optimal_policy, ReferenceReturns
+from comply_ros.world.spaces import Spaces
+from examples import examples
 
 
 @pytest.mark.parametrize('profile, name', PRESETS)
@@ -82,3 +88,50 @@ def test_a_learner_without_a_mentor_learns():
     learning = Training(world, np.full(121, -1), config, 0)
     returns = [learning.iterate().mean_return for _ in range(60)]
     assert np.mean(returns[:5]) < -5.0 < -1.5 < np.mean(returns[-20:])
+
+
+def table_digest(table, name, seed):
+    """Return the digest of a short training of a published preset in a table."""
+    world = World(table)
+    advice = optimal_policy(world)
+    advice[::3] = -1
+    config = replace(find_method(name, 'published'), episodes=4)
+    learning = Training(world, advice, config, seed)
+    results = [learning.iterate() for _ in range(3)]
+    return learning.state.digest(), repr(results)
+
+
+@pytest.mark.parametrize('n_actions', [3, 20])  # compiled for their number, and with loops
+@given(data=st.data())
+@examples(25)
+def test_compiled_and_plain_give_the_same_bits_in_any_table(n_actions, data):
+    table = data.draw(tables(n_actions=n_actions))
+    name = data.draw(st.sampled_from(sorted(METHODS['published'])))
+    seed = data.draw(st.integers(0, 100))
+    compiled = table_digest(table, name, seed)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(training, 'specialized', lambda kernel, *arguments: kernel)
+        assert table_digest(table, name, seed) == compiled
+
+
+def test_the_mean_return_in_a_table_is_the_expected_one():
+    world = World(machine(limit=3))  # run, run, run: 2 + (2 - 0.25) / 2 + ...
+    runs = np.array([0, 0, -1])
+    config = replace(find_method('constant', 'report'), confidence=1.0, episodes=20_000)
+    learning = Training(world, runs, config, seed=0)
+    expected = ReferenceReturns(world).return_of(runs)
+    assert expected == pytest.approx(2 + 0.5 * 2.875 + 0.5 * (-0.25 - 0.75 * 0.25))
+    assert learning.iterate().mean_return == pytest.approx(expected, abs=0.05)
+
+
+def test_a_learner_crosses_a_frozen_lake_with_its_mentor():
+    world = World(frozen_lake(('SFFF', 'FHFH', 'FFFH', 'HFFG')))
+    learning = Training(world, optimal_policy(world), find_method('beta_implicit', 'published'), 0)
+    returns = [learning.iterate().mean_return for _ in range(60)]
+    assert np.mean(returns[-30:]) > 0.7  # without a mentor, 0.02
+
+
+def test_without_a_model_no_training_is_in_one_process():
+    world = World(Spaces(3, ('go', 'wait'), 10))
+    with pytest.raises(MapError, match='got one without a model'):
+        Training(world, np.full(3, -1), find_method('sarsa', 'report'), 0)
