@@ -183,17 +183,26 @@ def _origin(origin: Any) -> tuple[float, float, float]:
 
 def _read_image(path: Path) -> tuple[Gray, Gray, NDArray[np.bool_]]:
     """Return brightness, brightness with opacity as one channel more, and what is opaque."""
-    from PIL import Image  # here, since only these maps need it
+    from PIL import Image, UnidentifiedImageError  # here, since only these maps need it
     try:
-        with path_errors(), path.open('rb') as file, Image.open(file) as image:
+        with path_errors():
+            file = path.open('rb')
+        with file, Image.open(file, formats=('PPM', 'PNG')) as image:
             if image.width * image.height > MOST_PIXELS:
                 raise MapError(f'image {path.name!r} may have at most {MOST_PIXELS} pixels, '
                                f'got {image.width} x {image.height}')
             return _channels(image)
     except PathError as error:
-        raise MapError(f'image {path.name!r} must be a PGM or PNG file ({error})') from None
-    except (SyntaxError, EOFError, Image.DecompressionBombError) as error:
-        raise MapError(f'image {path.name!r} must be a PGM or PNG file ({error})') from None
+        reason = str(error)
+    except UnidentifiedImageError:
+        reason = 'it is of another format'
+    except MapError:
+        raise
+    except (OSError, ValueError, SyntaxError, EOFError):  # as Pillow finds it
+        reason = 'it is cut off or damaged'
+    except Image.DecompressionBombError:
+        reason = 'it has too many pixels'
+    raise MapError(f'image {path.name!r} must be a PGM or PNG file ({reason})')
 
 
 def _channels(image: Any) -> tuple[Gray, Gray, NDArray[np.bool_]]:
