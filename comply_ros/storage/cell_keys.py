@@ -5,8 +5,9 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from comply_ros.storage.user_files import shown
-from comply_ros.world.cell_rules import BUILT_IN, CellRules, Letter, START, TO_START, Wind
+from comply_ros.world.cell_rules import BUILT_IN, CellRules, Letter, START, TO_START
 from comply_ros.world.grid import CELLS, GOAL, MapError
+from comply_ros.world.wind import Wind
 
 CELL_KEYS = ('legend', 'moves', 'stay', 'edges', 'slips', 'walls', 'wind', 'continuing',
              'cell_size')

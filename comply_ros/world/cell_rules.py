@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from comply_ros.world.grid import FREE, LARGEST_REWARD, LARGEST_SIDE, MapError, OBSTACLE, STEPS
+from comply_ros.world.wind import check_chances, Wind
 
 START = 'S'
 ONE_WAY = '<>v^'  # ONE_WAY[action]: a cell that is left by this move only
@@ -18,7 +19,6 @@ STRAIGHT = ('left', 'right', 'down', 'up')  # in the order of `STEPS`
 DIAGONAL = {'down_left': (-1, -1), 'down_right': (1, -1), 'up_left': (-1, 1), 'up_right': (1, 1)}
 STAY = 'stay'
 OTHER, RIGHT_ANGLES = 'other', 'right_angles'
-MOST_WIND = 100  # cells
 MOST_STEPS = 1_000_000
 STEPS_PER_STATE = 10  # step limit of a map that gives none
 
@@ -38,28 +38,6 @@ class Letter(NamedTuple):
     ends: bool = False
     to: tuple[int, int] | str | None = None
     on_leaving: bool = False
-
-
-class Wind(NamedTuple):
-    """
-    Wind that is added to a move, as strong as in the cell that the move leaves.
-
-    columns: cells upwards, for each column, or None. rows: cells to the right, for each row, the
-    top row first, or None. chance: probability that the wind blows. gusts: probabilities that it
-    is stronger by so many cells (weaker: below 0), where there is any; else it is as given.
-    """
-
-    columns: tuple[int, ...] | None = None
-    rows: tuple[int, ...] | None = None
-    chance: float = 1.0
-    gusts: Mapping[int, float] = {}
-
-    def variants(self) -> list[tuple[float, float, int]]:
-        """Return probability, factor (0 for no wind) and change of strength of each variant."""
-        steady = 1.0 - sum(self.gusts.values())
-        blowing = [(self.chance * chance, 1.0, change)
-                   for change, chance in {0: steady, **self.gusts}.items()]
-        return [each for each in [*blowing, (1.0 - self.chance, 0.0, 0)] if each[0] > 0]
 
 
 @dataclass(frozen=True)
@@ -128,7 +106,7 @@ class CellRules:
         for wall in self.walls:
             _check_wall(wall, self.width, self.height)
         if self.wind is not None:
-            _check_wind(self.wind, self.width, self.height)
+            self.wind.check(self.width, self.height)
 
     @property
     def width(self) -> int:
@@ -222,20 +200,10 @@ def _check_slips(rules: CellRules) -> None:
                            f'{STAY}, got {turn!r}')
     if {180, -180} <= set(rules.slips):
         raise MapError('a slip of 180 degrees must be given once, got 180 and -180')
-    _check_chances('slips', rules.slips)
+    check_chances('slips', rules.slips)
     if rules.intended != 1.0:
         raise MapError('intended must be left out where slips has chances: it is what they '
                        f'leave of 1, got {rules.intended}')
-
-
-def _check_chances(name: str, chances: Mapping[int | str, float] | Mapping[int, float]) -> None:
-    """Fail unless all chances are in [0, 1], and their sum too."""
-    for key, chance in chances.items():
-        if not 0 <= chance <= 1:
-            raise MapError(f'a chance of {name} must lie in [0, 1], got {chance} for {key}')
-    if not sum(chances.values()) <= 1 + 1e-9:
-        raise MapError(f'the chances of {name} must not exceed 1 in sum, '
-                       f'got {sum(chances.values())}')
 
 
 def _check_legend(rules: CellRules) -> None:
@@ -290,19 +258,3 @@ def _check_wall(wall: tuple[int, int, int, int], width: int, height: int) -> Non
     if not (0 <= min(x, x2) <= max(x, x2) <= width and 0 <= min(y, y2) <= max(y, y2) <= height):
         raise MapError(f'a wall must lie in the grid of {width} x {height} cells, got '
                        f'({x}, {y}) to ({x2}, {y2})')
-
-
-def _check_wind(wind: Wind, width: int, height: int) -> None:
-    if (wind.columns is None) == (wind.rows is None):
-        raise MapError('wind needs either columns or rows, got '
-                       + ('none' if wind.rows is None else 'both'))
-    for name, given, count in (('columns', wind.columns, width), ('rows', wind.rows, height)):
-        if given is not None and len(given) != count:
-            raise MapError(f'wind must have one number for each of the {count} {name}, '
-                           f'got {len(given)}')
-    strongest = max(map(abs, (*(wind.columns or ()), *(wind.rows or ()), *wind.gusts)))
-    if strongest > MOST_WIND:
-        raise MapError(f'wind may be at most {MOST_WIND} cells, got {strongest}')
-    if not 0 <= wind.chance <= 1:
-        raise MapError(f'the chance of wind must lie in [0, 1], got {wind.chance}')
-    _check_chances('gusts', wind.gusts)

@@ -17,17 +17,16 @@ from comply_ros.world.cell_rules import (
     STRAIGHT,
     TO_START,
 )
+from comply_ros.world.cell_walk import BUMPED_EDGE, BUMPED_NOT, CellWalk, States
 from comply_ros.world.grid import MapError, OBSTACLE
 from comply_ros.world.reachability import can_reach
 from comply_ros.world.table import Table
 
-BUMPED_NOT, BUMPED_EDGE, BUMPED_OBSTACLE, BUMPED_WALL = range(4)
 STAND_STILL = ''  # a slip that leads nowhere; it is no action
 SOME_START = -1  # a successor that is still to become one of the starts
 CHUNK = 1 << 16  # states that are computed at once
 MOST_OUTCOMES = 20_000_000
 
-States = NDArray[np.int64]
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
@@ -132,15 +131,7 @@ class _CellMoves:
 
     def __init__(self, rules: CellRules) -> None:
         self._rules = rules
-        width, height = rules.width, rules.height
-        self._obstacle = rules.is_cell(OBSTACLE)
-        self._wall_right = np.zeros((height, width), dtype=bool)
-        self._wall_above = np.zeros((height, width), dtype=bool)
-        for x, y, x2, y2 in rules.walls:
-            if x == x2 and x > 0:
-                self._wall_right[min(y, y2):max(y, y2), x - 1] = True
-            elif y == y2 and y > 0:
-                self._wall_above[y - 1, min(x, x2):max(x, x2)] = True
+        self._walk = CellWalk(rules)
         self._steps = rules.steps()
         self._one_way = {arrow: rules.is_cell(arrow) for arrow in ONE_WAY}
         self._bump_reward = np.array(
@@ -166,7 +157,8 @@ class _CellMoves:
             if meaning.to is not None:
                 self._entry_target[here] = self._target(meaning)
         leads_away = self._entry_target != np.arange(count)
-        self._acts = ~(self._obstacle | self.ends | leads_away)  # whether one can act in a cell
+        # Whether one can act in a cell.
+        self._acts = ~(rules.is_cell(OBSTACLE) | self.ends | leads_away)
 
     def _target(self, meaning: Letter) -> int:
         if meaning.to == TO_START:
@@ -218,8 +210,8 @@ class _CellMoves:
                  change: int) -> tuple[States, Floats]:
         """Return where a step with a variant of the wind leads, and what it earns."""
         dx, dy = self._wind(s, factor, change)
-        target, bump = self._walk(s, np.where(exists, step[0], 0) + dx,
-                                  np.where(exists, step[1], 0) + dy)
+        target, bump = self._walk.walk(s, np.where(exists, step[0], 0) + dx,
+                                       np.where(exists, step[1], 0) + dy)
         bump = np.where((bump == BUMPED_NOT) & ~exists, BUMPED_EDGE, bump)
         stuck = (target == s) & (bump != BUMPED_NOT)
         reward = np.where(stuck, self._bump_reward[bump], self._entry_reward[target])
@@ -236,47 +228,6 @@ class _CellMoves:
             strength = np.array(wind.rows)[::-1][s // self._rules.width]
         strength = np.sign(strength) * (np.abs(strength) + change)
         return (calm, strength) if wind.columns is not None else (strength, calm)
-
-    def _walk(self, s: States, dx: States, dy: States) -> tuple[States, NDArray[np.int64]]:
-        """
-        Return where so many cells lead, and what was bumped into first.
-
-        First along the row, then along the column. A diagonal step must be free both ways.
-        """
-        target, bump = self._walk_along(*self._walk_along(s, None, dx, 0), dy, 1)
-        diagonal = (np.abs(dx) == 1) & (np.abs(dy) == 1)
-        if diagonal.any():
-            _, other = self._walk_along(*self._walk_along(s, None, dy, 1), dx, 0)
-            blocked = diagonal & (np.maximum(bump, other) > BUMPED_EDGE)
-            target = np.where(blocked, s, target)
-            bump = np.where(blocked & (bump == BUMPED_NOT), other, bump)
-        return target, bump
-
-    def _walk_along(self, s: States, bump: NDArray[np.int64] | None, count: States, axis: int,
-                    ) -> tuple[States, NDArray[np.int64]]:
-        """Return where so many cells along an axis lead (0: x, 1: y), and what was hit first."""
-        first = np.zeros(len(s), dtype=np.int64) if bump is None else bump
-        here, going = s.copy(), np.ones(len(s), dtype=bool)
-        for k in range(int(np.abs(count).max(initial=0))):
-            going = going & (np.abs(count) > k)
-            ahead, hit = self._ahead(here, np.sign(count), axis)
-            first = np.where(going & (hit != BUMPED_NOT) & (first == BUMPED_NOT), hit, first)
-            going &= hit == BUMPED_NOT
-            here = np.where(going, ahead, here)
-        return here, first
-
-    def _ahead(self, s: States, sign: States, axis: int) -> tuple[States, NDArray[np.int64]]:
-        """Return the next cell along an axis, and what is in the way of it."""
-        width, height = self._rules.width, self._rules.height
-        x, y = s % width, s // width
-        x2, y2 = (x + sign, y) if axis == 0 else (x, y + sign)
-        inside = (0 <= x2) & (x2 < width) & (0 <= y2) & (y2 < height)
-        ahead = np.where(inside, y2 * width + x2, s)
-        lower = np.minimum(s, ahead)  # the left or lower one of the two cells
-        walls = self._wall_right if axis == 0 else self._wall_above
-        hit = np.where(walls.ravel()[lower] & (sign != 0), BUMPED_WALL,
-                       np.where(self._obstacle[ahead], BUMPED_OBSTACLE, BUMPED_NOT))
-        return ahead, np.where(inside, hit, BUMPED_EDGE)
 
     def _slip_chances(self, s: States, exists: Bools, successor: States) -> Floats:
         """`p[i, a, b]`: probability that action a becomes step b; one of `_steps_of_slips`."""

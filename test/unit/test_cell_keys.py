@@ -5,8 +5,9 @@ import pytest
 
 from comply_ros.storage.cell_keys import parse_cell_rules
 from comply_ros.storage.map_files import parse_map
-from comply_ros.world.cell_rules import Letter, Wind
+from comply_ros.world.cell_rules import Letter
 from comply_ros.world.grid import MapError
+from comply_ros.world.wind import Wind
 
 MAP = """
 rewards: {{step: -1, goal: 10}}

@@ -4,8 +4,9 @@
 from cell_maps import rules
 import pytest
 
-from comply_ros.world.cell_rules import Letter, Wind
+from comply_ros.world.cell_rules import Letter
 from comply_ros.world.grid import MapError
+from comply_ros.world.wind import Wind
 
 ONE_OF = '. # S < > v ^'
 

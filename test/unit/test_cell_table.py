@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from table_planning import can_act
 
-from comply_ros.world.cell_rules import Letter, Wind
+from comply_ros.world.cell_rules import Letter
 from comply_ros.world.cell_table import table_of
 from comply_ros.world.grid import Grid, MapError
 from comply_ros.world.mdp import World
+from comply_ros.world.wind import Wind
 
 
 def test_a_step_earns_the_reward_of_the_cell_that_it_leads_to():
@@ -223,6 +224,12 @@ def test_gusts_change_the_strength_of_wind_where_there_is_any():
     assert steps(made, 0, 0, 'right') == {(1, 0, 10.0): 0.25, (1, 1, -1.0): 0.25,
                                           (1, 3, -1.0): 0.5}
     assert steps(made, 1, 1, 'left') == {(0, 1, -1.0): 1.0}
+
+
+def test_a_gust_of_0_is_the_wind_as_it_is_given():
+    made = rules('..', '.G', wind=Wind(columns=(1, 0), gusts={0: 0.25, -1: 0.5}),
+                 edges_bump=True)
+    assert steps(made, 0, 0, 'right') == {(1, 0, 10.0): 0.5, (1, 1, -1.0): 0.5}
 
 
 def test_a_map_without_a_step_limit_has_ten_times_its_states():

@@ -2,6 +2,8 @@
 """Maps from files."""
 
 from dataclasses import replace
+from pathlib import Path
+import re
 
 import numpy as np
 import pytest
@@ -172,6 +174,28 @@ def test_a_wrong_map_with_new_cells_is_rejected_with_the_rule_that_it_breaks(tex
     with pytest.raises(MapError) as error:
         parse_map(text, 'report')
     assert str(error.value) == message
+
+
+def examples_of_the_page():
+    """Return the maps in docs/how-to/map.md."""
+    page = (Path(__file__).parents[2] / 'docs' / 'how-to' / 'map.md').read_text()
+    return re.findall(r'```yaml\n(.*?)```', page, re.DOTALL)
+
+
+@pytest.mark.parametrize('text', examples_of_the_page())
+def test_every_map_of_the_page_is_a_map(tmp_path, text):
+    (tmp_path / 'house.pgm').write_text('P2 8 4 255 ' + '255 ' * 32)
+    (tmp_path / 'house.yaml').write_text(
+        'image: house.pgm\nresolution: 0.5\norigin: [-2, -1, 0]\nnegate: 0\n'
+        'occupied_thresh: 0.65\nfree_thresh: 0.25\n')
+    assert type(parse_map(text.replace('3.0, 1.0', '1.5, 0.5'), 'report', tmp_path)) in (
+        Grid, Table)
+
+
+def test_the_page_names_every_key():
+    page = (Path(__file__).parents[2] / 'docs' / 'how-to' / 'map.md').read_text()
+    for key in KEYS:
+        assert f'`{key}`' in page or f'\n{key}: ' in page or f'`{key}: ' in page, key
 
 
 @pytest.mark.parametrize('text', ['', '7', '[1, 2]', '\x00', '&a [*a]'])
