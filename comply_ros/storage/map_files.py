@@ -82,7 +82,8 @@ def _nav2_world(path: str, profile: str, cell_size: float, start: tuple[float, f
                 goal: tuple[float, float] | None) -> Grid | Table:
     for key, point in (('start', start), ('goal', goal)):
         if point is None:
-            raise MapError(f'a map of Nav2 needs a {key}, (x, y) in metres, got none')
+            raise MapError(f'a map of Nav2 needs a {key}, (x, y) in metres, got none: call '
+                           'read_map with it, or write a map file with the key nav2')
     return _world({'nav2': path, 'cell_size': cell_size, 'starts': [start], 'goals': [goal],
                    'rewards': NAV2_REWARDS, 'edges': 'bump'}, profile, Path())
 

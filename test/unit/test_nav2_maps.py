@@ -202,8 +202,10 @@ def test_an_image_of_too_many_pixels_is_rejected_before_it_is_read(tmp_path):
 
 
 @pytest.mark.parametrize('changes, message', [
-    ({'start': None}, 'a map of Nav2 needs a start, (x, y) in metres, got none'),
-    ({'goal': None}, 'a map of Nav2 needs a goal, (x, y) in metres, got none'),
+    ({'start': None}, 'a map of Nav2 needs a start, (x, y) in metres, got none: call read_map '
+     'with it, or write a map file with the key nav2'),
+    ({'goal': None}, 'a map of Nav2 needs a goal, (x, y) in metres, got none: call read_map '
+     'with it, or write a map file with the key nav2'),
     ({'cell_size': 0.3}, 'cell_size must be a multiple of the resolution of 0.25 metres, got 0.3'),
     ({'cell_size': 0.1}, 'cell_size must be a multiple of the resolution of 0.25 metres, got 0.1'),
     ({'start': (5.0, 5.0)}, 'a start must lie on the map of 1 x 1 metres at (-1, 2), got (5, 5)'),
