@@ -48,6 +48,7 @@ setup(
         'matplotlib',  # draws the pictures
         'numba',  # compiles the learning loop
         'numpy',
+        'Pillow',  # reads the images of Nav2 maps
         'prompt_toolkit',  # reads keys and draws in the terminal of teleop_mentor
         'pydantic',  # checks sweep files and the metadata of bags
         'PyYAML',  # writes parameter files

@@ -6,13 +6,33 @@ from pathlib import Path
 from typing import Any
 
 from comply_ros.learner.presets import METHODS
+from comply_ros.storage.cell_keys import (
+    CELL_KEYS,
+    marked_starts,
+    needs_cell_rules,
+    parse_cell_rules,
+    read_chance,
+    read_flag,
+    read_real,
+    read_whole,
+)
 from comply_ros.storage.file_system import PathError
+from comply_ros.storage.named_worlds import named_world
+from comply_ros.storage.nav2_maps import nav2_rows, nav2_state, read_nav2_map, read_points
 from comply_ros.storage.user_files import load_yaml, read_text, shown, YamlError
+from comply_ros.world.cell_rules import MOST_STEPS, STEPS_PER_STATE
+from comply_ros.world.cell_table import table_of
 from comply_ros.world.grid import FREE, Grid, MapError, OBSTACLE
+from comply_ros.world.table import Table
 
-REQUIRED_KEYS = ('intended', 'step_limit', 'rewards', 'starts', 'rows')
-KEYS = (*REQUIRED_KEYS, 'profiles', 'slips_bump', 'extends')
-REWARDS = ('step', 'obstacle', 'goal')
+REQUIRED_KEYS = ('intended', 'rewards', 'starts', 'rows')
+OPTIONAL_KEYS = ('step_limit', 'profiles', 'slips_bump', 'extends')
+NAV2_KEYS = ('nav2', 'goals')
+KEYS = (*REQUIRED_KEYS, *OPTIONAL_KEYS, *CELL_KEYS, *NAV2_KEYS, 'world')
+REWARDS = ('step', 'obstacle', 'goal', 'edge', 'wall')
+NAV2 = 'nav2:'  # in front of the path of a map of Nav2
+NAV2_REWARDS = {'step': -0.1, 'obstacle': -5.0, 'goal': 10.0}  # of a map that is only a path
+CELL_SIZE = 0.5  # metres, of a map of Nav2
 
 
 def map_names() -> list[str]:
@@ -21,9 +41,19 @@ def map_names() -> list[str]:
     return sorted(entry.stem for entry in found if entry.suffix == '.yaml')
 
 
-def read_map(name: str, profile: str) -> Grid:
+def read_map(name: str, profile: str, *, cell_size: float = CELL_SIZE,
+             start: tuple[float, float] | None = None,
+             goal: tuple[float, float] | None = None) -> Grid | Table:
     """
-    `Grid` of a map that comes with the package or of a file, with the rewards of a profile.
+    World of a map that comes with the package or of a file, with the rewards of a profile.
+
+    A map that needs no more than a `Grid` has is one; any other is a `Table`.
+
+    Parameters
+    ----------
+    name: of a map of the package, path of a map file, or `nav2:` and the path of a map of Nav2.
+    profile: as in `parse_map`.
+    cell_size, start, goal: of a map of Nav2: the side of a cell, and (x, y), all in metres.
 
     Raises
     ------
@@ -31,7 +61,9 @@ def read_map(name: str, profile: str) -> Grid:
 
     """
     try:
-        return parse_map(_read_text(name), profile)
+        if str(name).startswith(NAV2):
+            return _nav2_world(str(name).removeprefix(NAV2), profile, cell_size, start, goal)
+        return parse_map(_read_text(name), profile, Path(name).parent)
     except MapError as error:
         raise MapError(f'map {name!r}: {error}') from None
 
@@ -46,35 +78,92 @@ def _read_text(name: str) -> str:
                        f'({error})') from None
 
 
-def parse_map(text: str, profile: str) -> Grid:
+def _nav2_world(path: str, profile: str, cell_size: float, start: tuple[float, float] | None,
+                goal: tuple[float, float] | None) -> Grid | Table:
+    for key, point in (('start', start), ('goal', goal)):
+        if point is None:
+            raise MapError(f'a map of Nav2 needs a {key}, (x, y) in metres, got none: call '
+                           'read_map with it, or write a map file with the key nav2')
+    return _world({'nav2': path, 'cell_size': cell_size, 'starts': [start], 'goals': [goal],
+                   'rewards': NAV2_REWARDS, 'edges': 'bump'}, profile, Path())
+
+
+def parse_map(text: str, profile: str, folder: Path = Path()) -> Grid | Table:
     """
-    `Grid` of a map's YAML text.
+    World of a map's YAML text, as in `read_map`.
+
+    folder: of the file, from which a map of Nav2 is looked for.
 
     Raises
     ------
     MapError: naming the rule that is broken and the value.
 
     """
-    table = _parse_table(text)
+    return _world(_parse_table(text), profile, folder)
+
+
+def _world(table: dict[Any, Any], profile: str, folder: Path) -> Grid | Table:
+    if profile not in METHODS:
+        raise MapError(f'a profile must be one of {", ".join(METHODS)}, got {shown(profile)}')
+    if 'world' in table:
+        return named_world(table)
     for key in table:
         if key not in KEYS:
             raise MapError(f'a map has the keys {", ".join(KEYS)}, got {shown(key)}')
+    if 'nav2' in table:
+        return _nav2_table(table, profile, folder)
+    if 'goals' in table:
+        raise MapError('goals must be cells G of the rows; the key is for a map with nav2')
+    if needs_cell_rules(table):
+        return _cell_table(table, profile)
     for key in REQUIRED_KEYS:
         if key not in table:
             raise MapError(f'a map needs the key {key!r}')
-    rows = table['rows']
-    if not isinstance(rows, list) or not all(isinstance(row, str) for row in rows):
-        raise MapError(f"rows must be a list of texts such as '..#G', got {shown(rows)}")
-    step, obstacle, goal = _rewards(table, profile)
-    slips_bump = table.get('slips_bump', True)
-    if type(slips_bump) is not bool:
-        raise MapError(f'slips_bump must be true or false, got {shown(slips_bump)}')
-    if type(table['step_limit']) is not int:
-        raise MapError(f'step_limit must be a whole number, got {shown(table["step_limit"])}')
+    rows = _rows(table)
+    rewards = _rewards(table, profile)
+    if {'edge', 'wall'} & set(rewards) or any(
+            rewards.get(key, -1.0) >= 0 for key in ('step', 'obstacle')):
+        return _cell_table(table, profile)
+    step, obstacle, goal = _grid_rewards(rewards, rows)
+    slips_bump = read_flag(table, 'slips_bump', True)
+    limit = min(STEPS_PER_STATE * sum(map(len, rows)), MOST_STEPS)
     return Grid(rows=tuple(rows), starts=_starts(table['starts'], rows),
                 step_reward=step, obstacle_reward=obstacle, goal_reward=goal,
-                intended=_number(table['intended'], 'intended'),
-                step_limit=table['step_limit'], slips_bump=slips_bump)
+                intended=read_chance(table['intended'], 'intended'),
+                step_limit=read_whole(table.get('step_limit', limit), 'step_limit'),
+                slips_bump=slips_bump)
+
+
+def _cell_table(table: dict[Any, Any], profile: str) -> Table:
+    """Return the world of a map with keys or cells that a `Grid` does not have."""
+    for key in ('rewards', 'rows'):
+        if key not in table:
+            raise MapError(f'a map needs the key {key!r}')
+    rows = _rows(table)
+    marked = marked_starts(rows)
+    if ('starts' in table) == bool(marked):
+        raise MapError('starts must be given either by the key or by cells S, got '
+                       + ('both' if marked else 'none'))
+    starts = marked or _starts(table['starts'], rows)
+    return table_of(parse_cell_rules(table, _rewards(table, profile), starts))
+
+
+def _nav2_table(table: dict[Any, Any], profile: str, folder: Path) -> Table:
+    """Return the world of a map of Nav2, with starts and goals in metres."""
+    for key in ('rewards', 'starts', 'goals'):
+        if key not in table:
+            raise MapError(f'a map with nav2 needs the key {key!r}')
+    if 'rows' in table:
+        raise MapError('a map needs either nav2 or rows, got both')
+    if not isinstance(table['nav2'], str):
+        raise MapError(f'nav2 must be the path of a map of Nav2, got {shown(table["nav2"])}')
+    nav2 = read_nav2_map(table['nav2'], folder)
+    cell_size = read_real(table.get('cell_size', CELL_SIZE), 'cell_size')
+    rows = nav2_rows(nav2, cell_size, read_points(table['goals'], 'goals'))
+    starts = tuple(nav2_state(nav2, cell_size, point, 'start')
+                   for point in read_points(table['starts'], 'starts'))
+    return table_of(parse_cell_rules({**table, 'rows': rows, 'cell_size': cell_size},
+                                     _rewards(table, profile), starts, nav2.origin))
 
 
 def _parse_table(text: str) -> dict[Any, Any]:
@@ -94,10 +183,15 @@ def _parse_table(text: str) -> dict[Any, Any]:
     return {**_parse_table(_read_text(name)), **table}
 
 
-def _rewards(table: dict[Any, Any], profile: str) -> list[float]:
-    """Return the rewards of step, obstacle and goal in a profile."""
-    if profile not in METHODS:
-        raise MapError(f'a profile must be one of {", ".join(METHODS)}, got {shown(profile)}')
+def _rows(table: dict[Any, Any]) -> list[str]:
+    rows = table['rows']
+    if not isinstance(rows, list) or not all(isinstance(row, str) for row in rows):
+        raise MapError(f"rows must be a list of texts such as '..#G', got {shown(rows)}")
+    return rows
+
+
+def _rewards(table: dict[Any, Any], profile: str) -> dict[str, float]:
+    """Return the rewards that a map gives in a profile, by their keys."""
     profiles = table.get('profiles')
     profiles = {} if profiles is None else profiles
     if not isinstance(profiles, dict) or not set(profiles) <= set(METHODS):
@@ -105,12 +199,18 @@ def _rewards(table: dict[Any, Any], profile: str) -> list[float]:
     changes = {name: {} if each is None else _reward_table(each, f'profile {name}')
                for name, each in profiles.items()}
     rewards = {**_reward_table(table['rewards'], 'rewards'), **changes.get(profile, {})}
-    if 'obstacle' not in rewards and not any(OBSTACLE in row for row in table['rows']):
-        rewards['obstacle'] = rewards.get('step')
-    for key in REWARDS:
+    return {key: read_real(value, f'reward of {key}') for key, value in rewards.items()}
+
+
+def _grid_rewards(rewards: dict[str, float], rows: list[str]) -> list[float]:
+    """Return the rewards of step, obstacle and goal; without obstacles, theirs can be missing."""
+    if 'obstacle' not in rewards and 'step' in rewards \
+            and not any(OBSTACLE in row for row in rows):
+        rewards = {**rewards, 'obstacle': rewards['step']}
+    for key in ('step', 'obstacle', 'goal'):
         if key not in rewards:
             raise MapError(f'rewards need the key {key!r}')
-    return [_number(rewards[key], f'reward of {key}') for key in REWARDS]
+    return [rewards[key] for key in ('step', 'obstacle', 'goal')]
 
 
 def _reward_table(rewards: Any, name: str) -> dict[str, Any]:
@@ -136,9 +236,3 @@ def _starts(starts: Any, rows: list[str]) -> tuple[int, ...]:
             raise MapError(f'a start must lie in the grid of {width} x {height} cells, '
                            f'got ({x}, {y})')
     return tuple(y * width + x for x, y in starts)
-
-
-def _number(value: Any, name: str) -> float:
-    if type(value) not in (int, float):
-        raise MapError(f'{name} must be a number, got {shown(value)}')
-    return float(value)

@@ -31,6 +31,33 @@ def can_reach_goal(free: Cells, goal: Cells) -> Cells:
     return found
 
 
+def can_reach(first: NDArray[np.int64], successor: NDArray[np.int32], actions: int,
+              wanted: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """
+    `found[s]`: whether a state of `wanted[s]` can be reached from state s, in a `Table`.
+
+    States between which a way leads there and back in one step each are joined first, so that
+    what is left has few steps.
+    """
+    count = len(wanted)
+    source = np.repeat(np.arange(count), np.diff(first[::actions]))
+    ways = np.sort((source * count + successor)[source != successor])
+    ways = ways[np.diff(ways, prepend=-1) > 0]
+    source, target = ways // count, ways % count
+    back = target * count + source
+    at = np.searchsorted(ways, back)
+    both = ways[np.minimum(at, len(ways) - 1)] == back
+    root = connected_components(count, source[both], target[both])
+    source, target = root[source[~both]], root[target[~both]]
+    found = np.zeros(count, dtype=bool)
+    found[root[wanted]] = True
+    while True:
+        reaches = found[target] & ~found[source]
+        if not reaches.any():
+            return found[root]
+        found[source[reaches]] = True
+
+
 def connected_components(count: int, one: NDArray[np.int64],
                          other: NDArray[np.int64]) -> NDArray[np.int64]:
     """

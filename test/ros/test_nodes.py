@@ -29,7 +29,7 @@ from comply_ros.learner.learner_config import CONFIG_FIELDS
 from comply_ros.learner.presets import find_method, METHODS
 from comply_ros.learner.training import Training
 from comply_ros.nodes import parameters, topics
-from comply_ros.storage.map_files import read_map
+from comply_ros.storage.map_files import map_names, read_map
 from comply_ros.storage.mentor_cache import mentor_policy, read_mentor_spec
 from comply_ros.world.mdp import World
 
@@ -130,8 +130,8 @@ def call(node, kind, name, **request):
      'where trust is beta, got -1.0 and 2.0'),
     ('grid_world', 'seed:=-1',
      'grid_world: parameter seed must lie in [0, 9007199254740992], got -1'),
-    ('grid_world', 'map:=nowhere', "grid_world: map 'nowhere': a map must be one of bar_grid, "
-     'free_grid, maze, maze_as_run or a readable file (no such file or directory)'),
+    ('grid_world', 'map:=nowhere', "grid_world: map 'nowhere': a map must be one of "
+     f"{', '.join(map_names())} or a readable file (no such file or directory)"),
     ('mentor', 'mentor:=good', 'mentor: a mentor must be one of optimal, random, adversarial, '
      "noisy:P, snapshot:Q, file:PATH, learned:FILE.npz, none, got 'good'"),
 ])

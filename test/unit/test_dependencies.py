@@ -19,13 +19,13 @@ from comply_ros.executables import EXTRAS, ROS_PACKAGES
 TOP = Path(__file__).parents[2]
 # How packages are named where their name is not that of the import.
 DISTRIBUTIONS = {'yaml': 'PyYAML', 'ruamel': 'ruamel.yaml', 'mcap_ros2': 'mcap-ros2-support',
-                 'pydantic_core': 'pydantic'}
+                 'pydantic_core': 'pydantic', 'PIL': 'Pillow'}
 # Keys of rosdep (rosdep/base.yaml, python.yaml) that give a package of the system, not of pip.
 ROSDEP_KEYS = {
     'fastapi': 'python3-fastapi', 'hypothesis': 'python3-hypothesis',
     'matplotlib': 'python3-matplotlib', 'numba': 'python3-numba', 'numpy': 'python3-numpy',
     'pydantic': 'python3-pydantic', 'pydantic_core': 'python3-pydantic',
-    'prompt_toolkit': 'python3-prompt-toolkit',
+    'PIL': 'python3-pil', 'prompt_toolkit': 'python3-prompt-toolkit',
     'pytest': 'python3-pytest', 'rich': 'python3-rich', 'ruamel': 'python3-ruamel.yaml',
     'uvicorn': 'python3-uvicorn', 'yaml': 'python3-yaml'}
 WITHOUT_KEY = {'distributed', 'lz4', 'mcap', 'mcap_ros2', 'nicegui', 'playwright', 'rosbags',
@@ -34,6 +34,7 @@ LINTERS = {'ament_flake8', 'ament_pep257', 'ament_xmllint'}
 TEST_ROS_PACKAGES = {'domain_coordinator', 'rosgraph_msgs', 'rosidl_parser', *LINTERS}
 OWN = {'comply_ros', 'examples', 'tools', 'setuptools'}
 STANDARD = {*sys.stdlib_module_names, 'compression'}  # the last one since Python 3.14
+COMPARED = {'gymnasium', 'mushroom_rl'}  # by tests and `scripts/benchmark`, if installed
 LOADERS = {'import_module', 'importorskip'}
 
 
@@ -99,7 +100,7 @@ def test_setup_py_requires_what_the_package_imports(setup_arguments):
 
 def test_the_extra_for_tests_has_what_only_tests_import(setup_arguments):
     package = imported_names('comply_ros', 'launch')
-    only_tests = python_packages(imported_names('test') - package)
+    only_tests = python_packages(imported_names('test') - package) - COMPARED
     assert requirements(setup_arguments['extras_require']['test']) == distributions(only_tests)
 
 
@@ -112,7 +113,7 @@ def test_package_xml_depends_on_what_the_package_imports_and_rosdep_knows():
 def test_package_xml_depends_for_tests_on_what_only_tests_import():
     imported = imported_names('test', 'tools') - imported_names('comply_ros', 'launch')
     keys = {ROSDEP_KEYS.get(name, name) for name in imported - WITHOUT_KEY}
-    keys -= {'gymnasium', 'mushroom_rl'}  # compared with by `scripts/benchmark`, if installed
+    keys -= COMPARED
     assert declared('test_depend') == keys
 
 

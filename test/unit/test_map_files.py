@@ -2,13 +2,16 @@
 """Maps from files."""
 
 from dataclasses import replace
+from pathlib import Path
+import re
 
 import numpy as np
 import pytest
 
 from comply_ros.storage import user_files
-from comply_ros.storage.map_files import map_names, parse_map, read_map
-from comply_ros.world.grid import MapError
+from comply_ros.storage.map_files import KEYS, map_names, parse_map, read_map
+from comply_ros.world.grid import Grid, MapError
+from comply_ros.world.table import Table
 
 SMALL = """
 intended: 0.8
@@ -20,7 +23,9 @@ rows: ['..G', '.#.']
 
 
 def test_the_maps_that_come_with_the_package():
-    assert map_names() == ['bar_grid', 'free_grid', 'maze', 'maze_as_run']
+    assert map_names() == [
+        'bar_grid', 'cliff_walking', 'four_rooms', 'free_grid', 'frozen_lake', 'frozen_lake_8x8',
+        'maze', 'maze_as_run', 'racetrack', 'stochastic_windy', 'taxi', 'windy']
 
 
 def test_maze_is_that_of_the_report():
@@ -71,15 +76,14 @@ def test_a_file_is_a_map_too(tmp_path):
      "starts must be 'anywhere' or a list of [x, y], in whole numbers, got 'corner'"),
     ('0.8', 'often', "intended must be a number, got 'often'"),
     ('50', '5.5', 'step_limit must be a whole number, got 5.5'),
-    ('goal: 10', 'gaol: 10', 'rewards must be a table of step, obstacle, goal, got '
+    ('goal: 10', 'gaol: 10', 'rewards must be a table of step, obstacle, goal, edge, wall, got '
      "{'step': -1, 'obstacle': -5, 'gaol': 10}"),
     (', obstacle: -5', '', "rewards need the key 'obstacle'"),
-    ('starts', 'beginnings', 'a map has the keys intended, step_limit, rewards, starts, rows, '
-     "profiles, slips_bump, extends, got 'beginnings'"),
+    ('starts', 'beginnings', f"a map has the keys {', '.join(KEYS)}, got 'beginnings'"),
     ('rows:', 'slips_bump: 1\nrows:', 'slips_bump must be true or false, got 1'),
-    ('rows:', 'extends: attic\nrows:', 'extends must name one of bar_grid, free_grid, maze, '
-     "maze_as_run, got 'attic'"),
-    ('step_limit: 50\n', '', "a map needs the key 'step_limit'"),
+    ('rows:', 'extends: attic\nrows:',
+     f"extends must name one of {', '.join(map_names())}, got 'attic'"),
+    ('intended: 0.8\n', '', "a map needs the key 'intended'"),
     ('rows:', 'step_limit: 7\nrows:',
      "a key must be there once, got 'step_limit' again in line 6"),
     ('50', '9' * 51,
@@ -93,9 +97,11 @@ def test_a_file_is_a_map_too(tmp_path):
     ('rows:', 'profiles: false\nrows:',
      'profiles must be a table of report, published, got False'),
     ('rows:', 'profiles: {published: 0}\nrows:',
-     'profile published must be a table of step, obstacle, goal, got 0'),
-    ('rows:', 'x' * 100 + ': 1\nrows:', 'a map has the keys intended, step_limit, rewards, '
-     f"starts, rows, profiles, slips_bump, extends, got '{'x' * 56}..."),
+     'profile published must be a table of step, obstacle, goal, edge, wall, got 0'),
+    ('rows:', 'x' * 100 + ': 1\nrows:',
+     f"a map has the keys {', '.join(KEYS)}, got '{'x' * 56}..."),
+    ('0.8', '1/0', "intended must be a number, got '1/0'"),
+    ('0.8', '4/3', 'intended must lie in (0, 1], got 1.3333333333333333'),
     ('rows:', 'rows: [', "a map must be valid YAML (expected ',' or ']', but got "
      "'<stream end>') in line 6"),
 ])
@@ -108,6 +114,91 @@ def test_a_wrong_file_is_rejected_with_the_rule_that_it_breaks(tmp_path, old, ne
     assert str(error.value) == f'map {str(path)!r}: {message}'
 
 
+def test_a_map_that_needs_no_more_than_a_grid_has_is_a_grid():
+    small = parse_map(SMALL, 'report')
+    assert type(small) is Grid
+    assert small.sha256 == (
+        '97f2182e0b2db596a10b7eaaa2176ddde65967e0adfdb8dcda6d234c4ac80fc3')
+
+
+@pytest.mark.parametrize('name, start', [
+    ('bar_grid', '98d65411e263'), ('free_grid', '5e1434c899dd'), ('maze', '0475fcb07c53'),
+    ('maze_as_run', '3bfe314374da')])
+def test_the_maps_of_the_report_are_the_worlds_that_they_were(name, start):
+    assert read_map(name, 'published').sha256.startswith(start)
+
+
+def test_a_map_without_a_step_limit_has_ten_times_its_cells():
+    assert parse_map(SMALL.replace('step_limit: 50\n', ''), 'report').step_limit == 60
+
+
+def test_a_probability_can_be_a_fraction():
+    assert parse_map(SMALL.replace('0.8', '1/3'), 'report').intended == 1 / 3
+
+
+@pytest.mark.parametrize('old, new', [
+    ('rows:', 'edges: bump\nrows:'), ('rows:', 'moves: 8\nrows:'), ('rows:', 'stay: true\nrows:'),
+    ('rows:', 'slips: right_angles\nrows:'), ('rows:', 'legend: {H: {ends: true}}\nrows:'),
+    ('rows:', 'walls: [[[1, 0], [1, 1]]]\nrows:'), ('rows:', 'wind: {rows: [1, 0]}\nrows:'),
+    ('rows:', 'continuing: true\nrows:'), ('rows:', 'cell_size: 0.5\nrows:'),
+    ('step: -1', 'step: 0'), ('obstacle: -5', 'obstacle: 0'), ('goal: 10', 'goal: 10, edge: -1'),
+    ('goal: 10', 'goal: 10, wall: -1'), ("'..G'", "'>.G'"),
+    ("starts: [[0, 0]]\nrows: ['..G', '.#.']", "rows: ['..G', 'S#.']")])
+def test_a_map_that_needs_more_is_a_table(old, new):
+    assert old in SMALL
+    table = parse_map(SMALL.replace(old, new), 'report')
+    assert type(table) is Table
+    assert (table.starts, table.step_limit) == ((0,), 50)
+
+
+def test_a_profile_changes_the_rewards_of_a_table():
+    text = SMALL + 'edges: bump\nprofiles: {published: {edge: -7}}\n'
+    assert parse_map(text, 'report').reward.min() == -5.0
+    assert parse_map(text, 'published').reward.min() == -7.0
+
+
+@pytest.mark.parametrize('text, message', [
+    ("rewards: {step: 0}\nrows: ['S.Q']", 'a cell must be one of . # G S < > v ^ or a letter of '
+     "the legend, got 'Q' in row 1, column 3"),
+    ("rewards: {step: 0}\nrows: ['S.G']", "rewards need the key 'goal'"),
+    ("rewards: {goal: 0}\nrows: ['S.G']", "rewards need the key 'step'"),
+    ("rows: ['S.G']", "a map needs the key 'rewards'"),
+    ('moves: 8\nrewards: {step: 0}', "a map needs the key 'rows'"),
+    ("rewards: {step: 0, goal: 1}\nrows: ['S.G']\nstarts: [[0, 0]]",
+     'starts must be given either by the key or by cells S, got both'),
+    ("rewards: {step: 0, goal: 1}\nrows: ['..G']\nmoves: 8",
+     'starts must be given either by the key or by cells S, got none'),
+    ("goals: [[0, 0]]\nrows: ['..G']",
+     'goals must be cells G of the rows; the key is for a map with nav2'),
+])
+def test_a_wrong_map_with_new_cells_is_rejected_with_the_rule_that_it_breaks(text, message):
+    with pytest.raises(MapError) as error:
+        parse_map(text, 'report')
+    assert str(error.value) == message
+
+
+def examples_of_the_page():
+    """Return the maps in docs/how-to/map.md."""
+    page = (Path(__file__).parents[2] / 'docs' / 'how-to' / 'map.md').read_text()
+    return re.findall(r'```yaml\n(.*?)```', page, re.DOTALL)
+
+
+@pytest.mark.parametrize('text', examples_of_the_page())
+def test_every_map_of_the_page_is_a_map(tmp_path, text):
+    (tmp_path / 'house.pgm').write_text('P2 8 4 255 ' + '255 ' * 32)
+    (tmp_path / 'house.yaml').write_text(
+        'image: house.pgm\nresolution: 0.5\norigin: [-2, -1, 0]\nnegate: 0\n'
+        'occupied_thresh: 0.65\nfree_thresh: 0.25\n')
+    assert type(parse_map(text.replace('3.0, 1.0', '1.5, 0.5'), 'report', tmp_path)) in (
+        Grid, Table)
+
+
+def test_the_page_names_every_key():
+    page = (Path(__file__).parents[2] / 'docs' / 'how-to' / 'map.md').read_text()
+    for key in KEYS:
+        assert f'`{key}`' in page or f'\n{key}: ' in page or f'`{key}: ' in page, key
+
+
 @pytest.mark.parametrize('text', ['', '7', '[1, 2]', '\x00', '&a [*a]'])
 def test_what_is_no_map_at_all_is_rejected(text):
     with pytest.raises(MapError, match='a map must be'):
@@ -117,8 +208,8 @@ def test_what_is_no_map_at_all_is_rejected(text):
 def test_a_map_that_does_not_exist_is_named():
     with pytest.raises(MapError) as error:
         read_map('nowhere', 'report')
-    assert str(error.value) == ("map 'nowhere': a map must be one of bar_grid, free_grid, maze, "
-                                'maze_as_run or a readable file (no such file or directory)')
+    assert str(error.value) == (f"map 'nowhere': a map must be one of {', '.join(map_names())} or "
+                                'a readable file (no such file or directory)')
 
 
 @pytest.mark.parametrize('path, reason', [

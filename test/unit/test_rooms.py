@@ -22,7 +22,7 @@ ROOMS = {
     'mentor': {'numpy'},
     'learner': {'numpy'},
     'protocol': {'numpy'},
-    'storage': {'numpy', 'ruamel'},
+    'storage': {'numpy', 'ruamel', 'PIL'},
     'plots': {'numpy', 'matplotlib'},
     'terminal': {'numpy', 'prompt_toolkit', 'rich'},
     'bags': {'numpy', 'ruamel', 'pydantic', 'rosbags', 'mcap', 'zstandard', 'lz4'},

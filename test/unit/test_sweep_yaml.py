@@ -8,6 +8,7 @@ import pytest
 
 from comply_ros.experiments.sweep_yaml import parse_sweep, read_sweep, SweepFileError
 from comply_ros.experiments.training_runs import Run
+from comply_ros.storage.map_files import map_names
 
 TOP = Path(__file__).parents[2]
 GOOD = """
@@ -101,8 +102,8 @@ WRONG = [
     (GOOD, f'%YAML {"9" * 5000}.1\n---\na: b', 'line 1: a sweep must be valid YAML, got a number'),
     (GOOD, '[' * 2000, 'line 1: a sweep must be valid YAML, got too many brackets'),
     ('iterations: 100', f'iterations: "{"9" * 400}"', 'line 9: iterations must lie in [0, 1000'),
-    ('bar_grid', '"a\\0b"', "line 2: map 'a\\x00b': a map must be one of bar_grid, free_grid, "
-     'maze, maze_as_run or a readable file (no file can have this name)'),
+    ('bar_grid', '"a\\0b"', f"line 2: map 'a\\x00b': a map must be one of {', '.join(map_names())}"
+     ' or a readable file (no file can have this name)'),
     ('bar_grid', 'b' * 1001, "line 2: map may have at most 1000 characters, got 'bbb"),
     ('- optimal', '- file:~nobody-at-all/p', 'line 5: a policy file must be readable, got '
      "'~nobody-at-all/p' (no such user)"),
