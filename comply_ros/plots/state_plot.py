@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 import numpy as np
 from numpy.typing import NDArray
 
-from comply_ros.plots.grid_plot import INK, PALE, place_axes, set_title
+from comply_ros.plots.grid_plot import INK, PALE, place_axes
 from comply_ros.plots.trust_colors import TRUST_ANCHORS
 from comply_ros.storage.file_system import printable
 from comply_ros.world.grid import NO_ACTION
@@ -35,7 +35,8 @@ def state_trust_figure(world: World, title: str, advice: NDArray[Any],
     """
     figure = Figure(figsize=SIZE)
     axes = place_axes(figure, 0.9, 0.7, SIZE[0] - 1.9, SIZE[1] - 1.2)
-    set_title(axes, title)
+    figure.suptitle(printable(title), x=0.04, ha='left', fontsize=11, color=INK,
+                    parse_math=False)
     axes.spines[['top', 'right']].set_visible(False)
     states = np.flatnonzero(world.free & (advice != NO_ACTION))
     colors = LinearSegmentedColormap.from_list('trust', TRUST_ANCHORS)(confidence[states])
