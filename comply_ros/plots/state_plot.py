@@ -30,8 +30,8 @@ def state_trust_figure(world: World, title: str, advice: NDArray[Any],
     """
     Return a figure of the `confidence[s]` in `advice[s]` in a world without a grid.
 
-    States with positions are points at their places, others are bars in their order. They are
-    grey where the learner has never been, by `visited[s]`.
+    States that have a place each are points there, others are bars in their order. They are grey
+    where the learner has never been, by `visited[s]`.
     """
     figure = Figure(figsize=SIZE)
     axes = place_axes(figure, 0.9, 0.7, SIZE[0] - 1.9, SIZE[1] - 1.2)
@@ -43,7 +43,7 @@ def state_trust_figure(world: World, title: str, advice: NDArray[Any],
     colors[~visited[states]] = [*np.full(3, int(PALE[1], 16) / 15), 1.0]
     names = [printable(world.action_names[a]) for a in advice[states].tolist()]
     positions = world.positions
-    if positions is not None:
+    if positions is not None and _are_distinct(positions[world.free]):
         _draw_points(axes, world, positions, states, colors, names)
     else:
         _draw_bars(axes, states, confidence[states], colors, names)
@@ -51,6 +51,11 @@ def state_trust_figure(world: World, title: str, advice: NDArray[Any],
         axes.text(0.5, 0.5, NOTHING_TO_SHOW, transform=axes.transAxes, ha='center', color=INK)
     _add_scale(figure, axes)
     return figure
+
+
+def _are_distinct(positions: NDArray[np.float64]) -> bool:
+    """Whether no two states are at one place, as those of a taxi with and without a passenger."""
+    return len(np.unique(positions, axis=0)) == len(positions)
 
 
 def _draw_bars(axes: Axes, states: NDArray[np.intp], confidence: NDArray[np.float64],

@@ -65,6 +65,11 @@ def test_states_with_positions_are_points_in_their_places():
     assert (axes.get_xlabel(), axes.get_ylabel()) == ('x (m)', 'y (m)')
 
 
+def test_states_that_share_a_place_are_bars_so_that_none_hides_another():
+    _, axes = figure_of(machine(positions=np.zeros((3, 2))))
+    assert heights(axes)[0] == pytest.approx([0.75, 0.25])
+
+
 @pytest.mark.parametrize('table', [machine(), machine(positions=PLACES)])
 def test_without_advice_the_picture_says_so(tmp_path, table):
     figure, axes = figure_of(table, np.full(3, -1, dtype=np.int8))
