@@ -27,12 +27,14 @@ class GridPanel:
         self._world: World | None = None
         self._shown: dict[str, tuple] = {}  # by layer: what was drawn
         with ui.column().classes('panel'):
-            with ui.row().classes('w-full items-center gap-3'):
+            # One line whatever the step id is: two would move the picture that a person paints on.
+            with ui.row().classes('w-full items-center gap-3 no-wrap'):
                 ui.label('World').classes('panel-title')
-                self._step_id = ui.label().classes('soft number grow').props('data-testid=step-id')
-                self._show_learner = ui.switch("learner's arrows").props(
-                    'dense data-testid=learner-arrows')
+                self._step_id = ui.label().classes('soft number grow ellipsis').props(
+                    'data-testid=step-id')
             self._frame = ui.element('div').classes('w-full')
+            self._show_learner = ui.switch("learner's arrows").props(
+                'dense data-testid=learner-arrows')
             with ui.row().classes('items-center gap-2 soft'):
                 ui.label("mentor's arrows: not trusted")
                 ui.element('div').classes('scale')

@@ -10,6 +10,11 @@ from comply_ros.storage.map_files import read_map
 GRID = read_map('bar_grid', 'published')
 ARROWS = """() => [...document.querySelectorAll('.world path[fill], .world path.unknown')].map(
     path => path.getAttribute('d').split('M').length - 1).reduce((a, b) => a + b, 0)"""
+# Where the picture is while the step id is short and while it is long.
+PLACES = """() => ['episode 1, step 0', 'episode 123456789, step 123456789'].map(text => {
+  document.querySelector('[data-testid=step-id]').textContent = text;
+  return document.querySelector('.world').getBoundingClientRect().top;
+})"""
 # Texts whose contrast with what is behind them is less than 4.5, by the formula of WCAG.
 LOW_CONTRAST = """() => {
   const light = ([r, g, b]) => [r, g, b].map(c => c / 255).map(
@@ -78,6 +83,8 @@ def test_one_finger_paints_and_two_fingers_scroll_the_page(domain, tmp_path, chr
         page = open_page(chromium, url, has_touch=True, is_mobile=True)
         page.set_viewport_size({'width': 390, 'height': 844})
         wait_until(lambda: page.locator('.world').first.bounding_box()['width'] < 390, 'layout')
+        short, long = page.evaluate(PLACES)
+        assert short == long
         finger = Finger(page)
         finger('Start', cell(page, 0, 0))
         for x in range(1, 9):
