@@ -19,8 +19,9 @@ def on_state(msg):
 
 def advice(state, world):
     """Return the action that brings the robot nearer to the goal."""
-    y, x = divmod(state, world.width)
-    goal_y, goal_x = divmod(''.join(reversed(world.rows)).index('G'), world.width)
+    width = len(world.grid.rows[0])
+    y, x = divmod(state, width)
+    goal_y, goal_x = divmod(''.join(reversed(world.grid.rows)).index('G'), width)
     if abs(goal_x - x) > abs(goal_y - y):
         return Recommendation.RIGHT if goal_x > x else Recommendation.LEFT
     return Recommendation.UP if goal_y > y else Recommendation.DOWN

@@ -110,14 +110,15 @@ class LearnerReplay:
 
     def expect(self, description: LearnerDescription) -> None:
         """Store a later description, to be compared after the same number of observations."""
-        if description.turns < self.learner.step_count and description.digest:
-            raise MissingMessage(f'the digest after {description.turns} observations is in the '
+        count = description.observation_count
+        if count < self.learner.step_count and description.digest:
+            raise MissingMessage(f'the digest after {count} observations is in the '
                                  f'bag only after {self.learner.step_count} of them')
         self._later.append(description)
 
     def is_recorded_from_start(self, action: Action) -> bool:
         """Whether the bag has all observations before the first action that it has."""
-        return (self.last is not None or not action.turns
+        return (self.last is not None or not action.observation_count
                 or FIRST_STEP in self._runs[action.run].observations)
 
     def check(self, recorded: Action) -> None:
@@ -125,12 +126,13 @@ class LearnerReplay:
         step = step_id(recorded)
         if self.last and self.last.run == recorded.run and step <= step_id(self.last):
             return
-        while self.learner.step_count < recorded.turns:
+        while self.learner.step_count < recorded.observation_count:
             self._infer(*self._next(recorded.run))
             self.inferred += 1
-        if self.learner.step_count != recorded.turns:
+        count = recorded.observation_count
+        if self.learner.step_count != count:
             raise ReplayDifference(f'topic action, {place(recorded)}: recorded after '
-                                   f'{recorded.turns} observations; a fresh learner has answered '
+                                   f'{count} observations; a fresh learner has answered '
                                    f'{self.learner.step_count}')
         observation = self._observation(recorded.run, step)
         action = self._deliver(observation, recorded.advice)
@@ -149,7 +151,7 @@ class LearnerReplay:
 
     def finish(self) -> None:
         """Deliver the last observation, which has no action if it ended the training."""
-        due = any(each.turns == self.learner.step_count + 1 for each in self._later)
+        due = any(each.observation_count == self.learner.step_count + 1 for each in self._later)
         if due and self.last is not None:
             self._infer(*self._next(self.last.run))
 
@@ -182,7 +184,7 @@ class LearnerReplay:
         """Return the action of the learner, None if it publishes none."""
         if self.learner.tracker.run != observation.run:
             run = self._runs[observation.run]
-            self.learner.tracker.follow(run.description, run.world.grid)
+            self.learner.tracker.follow(run.description, run.world.source)
         answered, outputs = self.learner.step_count, ()
         for _ in range(ATTEMPTS):
             outputs = self.learner.observe(observation)
@@ -202,8 +204,9 @@ class LearnerReplay:
         self.first, self.last = self.first or observation, observation
         self.learner.journal_entries.clear()
         self._runs[observation.run].discard(step_id(observation))
-        due = [each for each in self._later if each.turns == self.learner.step_count]
-        self._later = [each for each in self._later if each.turns > self.learner.step_count]
+        count = self.learner.step_count
+        due = [each for each in self._later if each.observation_count == count]
+        self._later = [each for each in self._later if each.observation_count > count]
         for description in due:
             config, current = config_from_description(description), asdict(self.learner.config)
             changes = {name: value for name, value in asdict(config).items()
@@ -213,7 +216,7 @@ class LearnerReplay:
             if description.digest:
                 self.digest = self.learner.state.digest()
                 if self.digest != description.digest:
-                    raise ReplayDifference(f'topic method, after {description.turns} observations:'
+                    raise ReplayDifference(f'topic method, after {count} observations:'
                                            f' recorded digest {description.digest}; a fresh '
                                            f'learner has {self.digest}')
                 self.digests += 1

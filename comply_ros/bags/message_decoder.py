@@ -1,15 +1,32 @@
 # SPDX-License-Identifier: Apache-2.0
 """The messages of world, mentor and learner, decoded from a bag."""
 
-from collections.abc import Callable, Iterable, Iterator
+from array import array
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
+import numpy as np
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 
 from comply_ros.bags.bag_message import BagError, BagMessage, first_line
 from comply_ros.bags.bag_reader import Bag
-from comply_ros.protocol.messages import grid_from_description, TOPIC_TYPES, WorldDescription
+from comply_ros.protocol import world_description
+from comply_ros.protocol.messages import (
+    GridModel,
+    NANOSECONDS,
+    NO_RUN,
+    PROTOCOL,
+    TableModel,
+    TOPIC_TYPES,
+    tuple_maker,
+    WorldDescription,
+)
+from comply_ros.world.grid import ACTION_NAMES
 from comply_ros.world.mdp import World
+
+# Of a WorldDescription of version 0.1.0, whose messages had no header and no `protocol`.
+FIELDS_OF_PROTOCOL_1 = ('run', 'began', 'name', 'width', 'height', 'rows', 'starts', 'step_reward',
+                        'obstacle_reward', 'goal_reward', 'intended', 'step_limit', 'slips_bump')
 
 
 class DecodedMessages:
@@ -51,7 +68,7 @@ def message_type(topic: str) -> str:
 def world_from_description(description: WorldDescription) -> World:
     """`World` of a recorded description; raises BagError for an invalid one."""
     try:
-        return World(grid_from_description(description))
+        return World(world_description.world_from_description(description))
     except ValueError as error:
         raise BagError(f'the world of run {description.run} must be valid: {error}') from None
 
@@ -93,13 +110,40 @@ def _decoder(topic: str, recorded: BagMessage) -> Callable[[bytes], Any]:
         raise BagError(f'the definition of {recorded.message_type} in the bag must be valid '
                        f'({first_line(error)})') from None
     missing = [field for field in tuple_type._fields if field not in fields]
+    make = tuple_maker(tuple_type)
     if missing:
-        raise BagError(f'{recorded.message_type} must have the fields of this version; in the '
-                       f'bag it has no {", ".join(missing)}')
+        make = _maker_of_protocol_1(tuple_type, missing, fields)
+    if make is None:
+        raise BagError(f'{recorded.message_type} must have the fields of protocol {PROTOCOL}, or '
+                       f'those of version 0.1.0; in the bag it has no {", ".join(missing)}')
+    return lambda data: _with_lists(make(store.deserialize_cdr(data, recorded.message_type)))
 
-    def decode(data: bytes) -> Any:
-        message = store.deserialize_cdr(data, recorded.message_type)
-        values = [getattr(message, field) for field in tuple_type._fields]
-        return tuple_type(*[value.tolist() if hasattr(value, 'tolist') else value
-                            for value in values])
-    return decode
+
+def _with_lists(values: Any) -> Any:
+    """Return a tuple with lists instead of arrays of numpy."""
+    return type(values)(*[
+        value.tolist() if isinstance(value, np.ndarray) else
+        _with_lists(value) if hasattr(value, '_fields') else value for value in values])
+
+
+def _maker_of_protocol_1(tuple_type: type[Any], missing: Sequence[str],
+                         fields: Sequence[str]) -> Callable[[Any], Any] | None:
+    """Return a function from a message of version 0.1.0 to a tuple; None if it is none."""
+    if tuple_type is WorldDescription:
+        return _world_of_protocol_1 if set(FIELDS_OF_PROTOCOL_1) <= set(fields) else None
+    if not set(missing) <= {'mentor', 'observation_count'} \
+            or 'observation_count' in missing and 'turns' not in fields:
+        return None
+    return lambda msg: tuple_type(**{
+        name: getattr(msg, 'turns' if name == 'observation_count' else name)
+        for name in tuple_type._fields if name != 'mentor'})
+
+
+def _world_of_protocol_1(msg: Any) -> WorldDescription:
+    """Return a world of version 0.1.0, a grid; its hash was another one, and is left out."""
+    return WorldDescription(
+        PROTOCOL, msg.run, getattr(msg, 'replaces', NO_RUN), int(msg.began * NANOSECONDS),
+        msg.name, msg.width * msg.height, ACTION_NAMES, msg.starts, msg.step_limit,
+        world_description.GRID,
+        GridModel(tuple(msg.rows), msg.step_reward, msg.obstacle_reward, msg.goal_reward,
+                  msg.intended, msg.slips_bump), TableModel(), (), array('d'), (), '')

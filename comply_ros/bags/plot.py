@@ -14,6 +14,7 @@ from comply_ros.bags.message_decoder import DecodedMessages, world_from_descript
 from comply_ros.bags.replay import bag_parser, with_progress
 from comply_ros.plots import training_plots
 from comply_ros.protocol.run_view import RunReports
+from comply_ros.protocol.world_description import is_same_world
 from comply_ros.storage.file_system import printable
 from comply_ros.storage.run_files import OutputError, prepare_folder
 from comply_ros.terminal.training_options import guarded
@@ -25,9 +26,9 @@ from comply_ros.world.planning import PlanningError, ReferenceReturns
 def add_message(reports: RunReports, topic: str, msg: Any) -> RunReports:
     """Add the next message of a bag; return new reports where another training starts."""
     description = reports.description
-    if topic == 'world' and description and msg.sha256 != description.sha256:
+    if topic == 'world' and description and not is_same_world(msg, description):
         reports = RunReports(history=True)
-    elif topic == 'method' and msg.turns == 0 and reports.progress:  # a learner that was reset
+    elif topic == 'method' and msg.observation_count == 0 and reports.progress:  # it was reset
         reports = RunReports(history=True)
         reports.description = description
     reports.add(topic, msg)
@@ -89,13 +90,13 @@ def draw(reports: RunReports, folder: Path) -> list[Path]:
     return pictures
 
 
-def _advice(reports: RunReports, world: World) -> NDArray[np.int8] | None:
+def _advice(reports: RunReports, world: World) -> NDArray[Any] | None:
     """`advice[s]` by the mentor's policy, else by its recommendations; None without any."""
     advice = reports.mentor_policy
     if advice is None:
-        advice = np.full(len(world.terminal), NO_ACTION, dtype=np.int8)
+        advice = np.full(world.n_states, NO_ACTION, dtype=world.action_type)
         for state, action in reports.advice.items():
-            if state < len(advice) and world.free[state] and 0 <= action < 4 \
+            if state < len(advice) and world.free[state] and 0 <= action < world.n_actions \
                     and world.available[state, action]:
                 advice[state] = action
     return advice if (advice != NO_ACTION).any() else None

@@ -41,7 +41,7 @@ class UnverifiableLearner:
             problem = f'state {state}, which the world does not have'
         elif ends != (action == NO_ACTION):
             problem = f'action {action} where the episode {"ends" if ends else "goes on"}'
-        elif not ends and not (0 <= action < 4 and available[state, action]):
+        elif not ends and not (0 <= action < run.world.n_actions and available[state, action]):
             problem = f'action {action}, which state {state} does not have'
         elif recorded.followed and action != recorded.advice:
             problem = f'action {action} marked as following advice {recorded.advice}'
@@ -76,7 +76,7 @@ class ReplayCheck:
             self._described.add(msg.learner)
         if topic == 'progress':
             self._progress.append(msg)
-        elif topic == 'method' and msg.turns and msg.learner in self._current:
+        elif topic == 'method' and msg.observation_count and msg.learner in self._current:
             self._current[msg.learner].expect(msg)
         self._waiting.append((topic, msg))
         if len(self._waiting) > READ_AHEAD:
@@ -100,7 +100,7 @@ class ReplayCheck:
 
     def _check_next(self) -> None:
         topic, msg = self._waiting.popleft()
-        if topic == 'method' and not msg.turns:
+        if topic == 'method' and not msg.observation_count:
             self._start(msg)
         elif topic == 'action':
             self._find(msg).check(msg)
@@ -110,7 +110,7 @@ class ReplayCheck:
         number = action.learner
         if number not in self._current and number not in self.unverifiable:
             for topic, msg in self._waiting:  # its description can be recorded a little later
-                if topic == 'method' and msg.learner == number and not msg.turns:
+                if topic == 'method' and msg.learner == number and not msg.observation_count:
                     self._waiting.remove((topic, msg))
                     self._start(msg)
                     break
@@ -141,5 +141,5 @@ class ReplayCheck:
         replay = self._current[number] = LearnerReplay(description, self._runs)
         self.replays.append(replay)
         for topic, msg in self._waiting:
-            if topic == 'method' and msg.learner == number and msg.turns:
+            if topic == 'method' and msg.learner == number and msg.observation_count:
                 replay.expect(msg)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The node of the page: it receives what a run reports, and calls services for the buttons."""
 
+from collections.abc import Callable
 import copy
 from functools import partial
 import os
@@ -262,21 +263,25 @@ class DashboardNode(SafeParameterNode):
 
     def _subscribe_to_all(self) -> None:
         for topic in (topics.STATE, topics.ACTION, topics.EPISODE):
-            self.create_subscription(topic.message, topic.name,
-                                     partial(self._on_message, topic, False), NEWEST)
+            self._subscribe(topic, False, NEWEST)
         for topic in (topics.WORLD, topics.PROGRESS, topics.TRUST, topics.POLICY,
                       topics.MENTOR_POLICY):
-            self.create_subscription(topic.message, topic.name,
-                                     partial(self._on_message, topic, True), topic.qos)
+            self._subscribe(topic, True, topic.qos)
         self.create_subscription(DiagnosticArray, TOPIC, self._on_diagnostics, 10)
         self.create_subscription(ParameterEvent, '/parameter_events',
                                  self._on_parameter_event, 10)
 
-    def _on_message(self, topic: topics.Topic, is_report: bool, message: Any) -> None:
+    def _subscribe(self, topic: topics.Topic, is_report: bool, qos: QoSProfile) -> None:
+        self.create_subscription(
+            topic.message, topic.name,
+            partial(self._on_message, topic.name, topics.reader(topic), is_report), qos, raw=True)
+
+    def _on_message(self, topic: str, read: Callable[[bytes], Any], is_report: bool,
+                    content: bytes) -> None:
         self._received_reports += is_report
         try:
-            self._run_view.receive(topic.name, topics.decoder(topic)(message))
-        except ValueError as error:  # of a world
+            self._run_view.receive(topic, read(content))
+        except ValueError as error:  # of a world, or of bytes that cannot be read
             self.get_logger().warning(f'rejected: {error}', once=True)
 
     def _on_diagnostics(self, msg: DiagnosticArray) -> None:

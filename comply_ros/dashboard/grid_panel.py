@@ -52,18 +52,23 @@ class GridPanel:
         if run.world is not self._world:
             self._make_picture(run.world)
         world, msg = run.world, reports.observation
+        self._step_id.text = f'episode {msg.episode}, step {msg.step}' if msg else ''
+        if world.model != 'grid':
+            return
         self._draw('mentor', grid_svg.mentor_arrows, world, self._mentor_policy(run),
                    reports.trust, reports.policy)
         self._draw('learner', grid_svg.learner_arrows, world,
                    reports.policy if self._show_learner.value else None)
         waits = bool(self._thread and self._thread.mentor.steering and msg)
         self._draw('robot', grid_svg.robot, world.grid, msg and msg.state, waits)
-        self._step_id.text = f'episode {msg.episode}, step {msg.step}' if msg else ''
 
     def _make_picture(self, world: World) -> None:
         """Make the picture of a world, without arrows and robot."""
         self._world, self._shown = world, {}
         self._frame.clear()
+        if world.model != 'grid':
+            self._note.text = f'(no picture: the world is no grid, it has {world.n_states} states)'
+            return
         width, height = grid_svg.size(world.grid)
         self._note.text = '' if len(world.free) <= grid_svg.MAX_CELLS else (
             f'(arrows are drawn for at most {grid_svg.MAX_CELLS} cells)')
@@ -92,7 +97,7 @@ class GridPanel:
 
     async def _on_pointer(self, event: events.GenericEventArguments) -> None:
         world, tool, thread = self._world, self.paint_tool, self._thread
-        if world is None or thread is None:
+        if world is None or thread is None or world.model != 'grid':
             return
         kind, cells = event.args['type'], {}
         width, height = grid_svg.size(world.grid)

@@ -14,6 +14,7 @@ from comply_ros.dashboard.dashboard_node import (
 from comply_ros.dashboard.lesson_nodes import LEARNER, missing_text, WORLD
 from comply_ros.dashboard.mentor_seat import MentorSeat
 from comply_ros.dashboard.service_client import ServiceCallError
+from comply_ros.protocol.messages import WorldDescription
 
 
 class HeaderBar:
@@ -46,7 +47,7 @@ class HeaderBar:
         """Show a state of the page."""
         world = state.run.reports.description
         self._world.text = '' if world is None else (
-            f'{world.name}, {world.width} x {world.height}, run {world.run}')
+            f'{world.name}, {size_text(world)}, run {world.run}')
         self._run_state.text = text = run_state_text(state)
         self._run_state.classes(replace=f'number run-state {text}')
         mentors = state.other_mentors + (self._seat.thread is not None)
@@ -54,6 +55,12 @@ class HeaderBar:
         self._watching.visible = self._seat.thread is None and bool(state.other_mentors)
         self._start_again.visible = bool(state.ended)
         self._alarm.visible = bool(self._alarm.text)
+
+
+def size_text(world: WorldDescription) -> str:
+    """Text of how large a world is: of a grid its columns and rows, else its states."""
+    rows = world.grid.rows
+    return f'{len(rows[0])} x {len(rows)}' if rows else f'{world.states} states'
 
 
 def run_state_text(state: PageState) -> str:

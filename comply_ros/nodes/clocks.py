@@ -78,6 +78,18 @@ class PaceClock:
         return 'ROS time', ros_clock.now().nanoseconds / 1e9
 
 
+def stamp_clock(node: Node) -> Callable[[], int]:
+    """
+    Return a function that reads the clock for stamps of messages, in nanoseconds since 1970.
+
+    That is ROS time where `use_sim_time` is set, and the system clock otherwise.
+    """
+    def nanoseconds() -> int:
+        clock = _active_ros_clock(node)
+        return clock.now().nanoseconds if clock else time.time_ns()
+    return nanoseconds
+
+
 def waiting_for(node: Node, missing: str | None = None) -> str | None:
     """
     Return what a node waits for: /clock, where `use_sim_time` is set and nothing publishes it.

@@ -12,7 +12,18 @@ from comply_ros.nodes.clocks import PaceTimer, steady_timer
 from comply_ros.nodes.parameters import MAP, ParameterError, PROFILE, RATE, SEED, SLOWEST
 from comply_ros.nodes.protocol_node import map_text, ProtocolNode
 from comply_ros.nodes.spin import run_node
-from comply_ros.nodes.topics import ACTION, EPISODE, PAUSE, RESET, STATE, STEP, WORLD
+from comply_ros.nodes.topics import (
+    ACTION,
+    check_description_size,
+    description_size,
+    EPISODE,
+    MessageError,
+    PAUSE,
+    RESET,
+    STATE,
+    STEP,
+    WORLD,
+)
 from comply_ros.protocol.grid_world import GridWorld
 from comply_ros.protocol.messages import Action, Outputs, step_id, StepId, WorldDescription
 from comply_ros.protocol.validation import rejected_description
@@ -30,11 +41,12 @@ class GridWorldNode(ProtocolNode):
     def __init__(self, **kwargs: Any) -> None:
         super().__init__('grid_world', **kwargs)
         name, profile, seed = (self.declare(each) for each in (MAP, PROFILE, SEED))
-        grid, map_name = read_map(name, profile), Path(name).stem
-        self.machine = GridWorld(grid, map_name, new_run(), seed, time.time())
+        source, map_name = read_map(name, profile), Path(name).stem
+        self.machine = GridWorld(source, map_name, new_run(), seed, time.time_ns())
+        check_description_size(description_size(self.machine.description))
         self._started = time.monotonic()
         saved = self.checkpointing.load(
-            {'map': map_text(map_name, grid.sha256), 'seed': seed}, (Action,))
+            {'map': map_text(map_name, source.sha256), 'seed': seed}, (Action,))
         if saved:
             self.machine.load_state_dict(*saved)
             self.get_logger().info(f'continues at step id {step_id(self.machine.observation)}')
@@ -85,7 +97,7 @@ class GridWorldNode(ProtocolNode):
 
     def reset(self, request: Any, response: Any) -> Any:
         """Serve `~/reset`: start a new run."""
-        self.respond(self.machine.reset(new_run(), time.time()))
+        self.respond(self.machine.reset(new_run(), time.time_ns()))
         response.success, response.message = True, f'run {self.machine.description.run}'
         return response
 
@@ -142,4 +154,4 @@ def check_rate(rate: float) -> None:
 
 def main(argv: list[str]) -> int:
     """Run the node; return the exit code."""
-    return run_node(GridWorldNode, argv, (ParameterError, MapError, StateError))
+    return run_node(GridWorldNode, argv, (ParameterError, MapError, MessageError, StateError))

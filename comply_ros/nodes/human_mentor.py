@@ -61,7 +61,7 @@ class HumanMentorNode(ProtocolNode):
         steady_timer(self, POLL_PERIOD, self._poll)
 
     @property
-    def policy(self) -> NDArray[np.int8] | None:
+    def policy(self) -> NDArray[Any] | None:
         """`advice[s]`, not to be changed in place; None before there is a world."""
         return self.machine.edited_policy
 
@@ -96,7 +96,7 @@ class HumanMentorNode(ProtocolNode):
         self.machine.edit(cells)
         self._publish_changed()
 
-    def use(self, policy: NDArray[np.int8]) -> None:
+    def use(self, policy: NDArray[Any]) -> None:
         """Advise by `policy[s]`, from the next observation on."""
         self.machine.replace(policy)
         self._publish_changed()
@@ -163,7 +163,7 @@ class HumanMentorNode(ProtocolNode):
         """Return the status while all is well."""
         return 'waits for the person' if self.machine.waiting else 'runs'
 
-    def _known(self) -> tuple[NDArray[np.int8], World]:
+    def _known(self) -> tuple[NDArray[Any], World]:
         if self.policy is None or self.machine.world is None:
             raise PolicyError('a policy must be for a world, and none is known yet')
         return self.policy, self.machine.world
@@ -205,7 +205,7 @@ class HumanMentorNode(ProtocolNode):
                 return
             resolve(future, function)
 
-    def _use_in(self, world: World, policy: NDArray[np.int8]) -> None:
+    def _use_in(self, world: World, policy: NDArray[Any]) -> None:
         if world is not self.machine.world:
             raise PolicyError('a policy must be for the world that is here, and that one is gone')
         self.use(policy)
@@ -225,9 +225,9 @@ class _StoredPainting:
     def load_into(self, machine: HumanMentor) -> None:
         """Advise by what was stored for a new world; a damaged file stays as it is."""
         if self._store is None or machine.world is None \
-                or machine.world.grid.sha256 == self._sha256:
+                or machine.world.sha256 == self._sha256:
             return
-        self._sha256 = machine.world.grid.sha256
+        self._sha256 = machine.world.sha256
         try:
             policy = self._store.load(machine.world)
             if policy is not None:

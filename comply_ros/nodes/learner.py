@@ -56,6 +56,7 @@ from comply_ros.protocol.messages import (
     Outputs,
     Policy,
     Progress,
+    ReceivedAdvice,
     Recommendation,
     StateReward,
     Trust,
@@ -181,7 +182,7 @@ class LearnerNode(ProtocolNode):
     def _load(self, identity: dict[str, Any]) -> None:
         """Continue from the saved state, if there is one."""
         saved, machine = self.checkpointing.load(
-            identity, (AnsweredObservation, Recommendation), {'learns': True}), self.machine
+            identity, (AnsweredObservation, ReceivedAdvice), {'learns': True}), self.machine
         self._home: str | None = None  # the hash of the world that the state is of
         if saved is None:
             return
@@ -308,11 +309,10 @@ class LearnerNode(ProtocolNode):
     def _make_maps(self) -> Outputs:
         machine = self.machine
         world, q = machine.tracker.world, machine.state.q
-        shape = machine.tracker.run, world.grid.width, world.grid.height
-        learned = machine.learned()
-        return (Trust(*shape, array('f', learned.confidence.astype(np.float32).tobytes())),
-                Policy(*shape, array('b', learned.policy.tobytes())),
-                Values(*shape, array('d', state_values(q, world.free).tobytes())),
+        run, learned = machine.tracker.run, machine.learned()
+        return (Trust(run, array('f', learned.confidence.astype(np.float32).tobytes())),
+                Policy(run, array('h', learned.policy.astype(np.int16).tobytes())),
+                Values(run, array('d', state_values(q, world.free).tobytes())),
                 self._describe(machine.step_count, machine.state.digest()))
 
     def _describe(self, step_count: int, digest: str = '') -> LearnerDescription:

@@ -14,7 +14,6 @@ import tempfile
 import time
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 import rclpy
 from rclpy.exceptions import NameValidationException
@@ -116,7 +115,7 @@ def namespace_arguments(name: str) -> list[str]:
 
 
 def run_lesson(options: TrainingOptions, disturbance: Disturbance = lambda _: nullcontext(),
-               ) -> tuple[ReferenceReturns, NDArray[np.int8], dict[str, Any]]:
+               ) -> tuple[ReferenceReturns, NDArray[Any], dict[str, Any]]:
     """
     Return reference returns of the world, the mentor's advice, and the outcome of a lesson.
 
@@ -131,7 +130,7 @@ def run_lesson(options: TrainingOptions, disturbance: Disturbance = lambda _: nu
     start_rclpy(['lesson', '--ros-args', '--enclave', '/lesson'])
     try:
         with interrupts() as stop, lock_topics(options.args.namespace):
-            monitor = RunMonitor(options.args.namespace, options.grid)
+            monitor = RunMonitor(options.args.namespace, options.source)
             discovered = time.monotonic() + (  # from when there is a node to discover
                 DISCOVERY_WITH_RESPAWN if options.args.respawn else DISCOVERY)
             with running(options, held=True) as monitor.processes:
@@ -143,7 +142,7 @@ def run_lesson(options: TrainingOptions, disturbance: Disturbance = lambda _: nu
 def _start_and_watch(options, monitor, discovered, stop, disturbance):
     from comply_ros.nodes.mentor import in_background  # these load while the nodes load
     from comply_ros.terminal.console import iteration_status, progress_bar
-    plan = in_background(ReferenceReturns, World(options.grid))
+    plan = in_background(ReferenceReturns, World(options.source))
     executor = SingleThreadedExecutor()
     executor.add_node(monitor)
     with progress_bar() as bar:
@@ -229,7 +228,7 @@ def _absolute(name: str) -> str:
 
 def watch(options: TrainingOptions, monitor: RunMonitor, executor: SingleThreadedExecutor,
           stop: StopFlag, show: Callable[[str], Any],
-          show_line: Callable[[str], Any]) -> tuple[NDArray[np.int8], dict[str, Any]]:
+          show_line: Callable[[str], Any]) -> tuple[NDArray[Any], dict[str, Any]]:
     """Return the mentor's advice and the outcome, when the learner has finished and saved."""
     def spin_until(is_reached: Callable[[], bool]) -> None:
         while not is_reached():
@@ -264,7 +263,7 @@ def watch(options: TrainingOptions, monitor: RunMonitor, executor: SingleThreade
     if not response.success:
         raise LessonFailed(f'the learner could not save: {response.message}')
     advice = monitor.advice if not others else mentor_policy(
-        options.spec, World(options.grid), options.mentor_seed)  # any of them may have published
+        options.spec, World(options.source), options.mentor_seed)  # any of them may have published
     return advice, {
         'seed': options.seed, 'returns': [msg.mean_return for msg in monitor.progress],
         'steps': monitor.progress[-1].steps, 'wall_seconds': seconds, 'digest': response.digest,

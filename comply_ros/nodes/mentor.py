@@ -121,8 +121,7 @@ def policy_message(machine: Mentor) -> Policy:
     """Return the policy of a mentor that has one, to be published."""
     description = machine.tracker.description
     assert description is not None and machine.policy is not None
-    return Policy(description.run, description.width, description.height,
-                  array('b', machine.policy))
+    return Policy(description.run, array('h', machine.policy))
 
 
 def in_background(function: Callable[..., Any], *arguments: Any) -> Future[Any]:

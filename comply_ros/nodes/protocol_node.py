@@ -5,14 +5,13 @@ from collections.abc import Callable
 import time
 from typing import Any
 
-from comply_ros.nodes import cdr
 from comply_ros.nodes.checkpointing import Checkpointing
-from comply_ros.nodes.clocks import steady_timer, waiting_for
+from comply_ros.nodes.clocks import stamp_clock, steady_timer, waiting_for
 from comply_ros.nodes.diagnostics import Diagnostics, ERROR, INACTIVE, OK, WARN
 from comply_ros.nodes.parameter_node import SafeParameterNode
 from comply_ros.nodes.parameters import STATE_DIR
 from comply_ros.nodes.topic_type_check import TopicTypeCheck
-from comply_ros.nodes.topics import decoder, encoder, LOOP, RECOMMENDATION, Topic
+from comply_ros.nodes.topics import LOOP, MessageError, reader, RECOMMENDATION, Topic, writer
 from comply_ros.protocol.messages import Ignored, Inactive, Notice, Outputs, Rejected
 
 PATIENCE = 3  # seconds of waiting after which a node logs what it waits for
@@ -55,7 +54,7 @@ class ProtocolNode(SafeParameterNode):
         """Make a publisher; outputs of the topic's tuple type are published there."""
         publisher = self.create_publisher(topic.message, topic.name, topic.qos,
                                           **_fixed_qos(topic))
-        encode = cdr.encoder(topic.message) if topic.raw else encoder(topic)
+        encode = writer(topic, stamp_clock(self))
         publish = publisher.publish
         self._own_publishers.append(publisher)
         self._handlers[topic.tuple_type] = lambda output: publish(encode(output))
@@ -74,16 +73,22 @@ class ProtocolNode(SafeParameterNode):
             not, since their publishers repeat them.
 
         """
-        decode = cdr.decoder(topic.message, topic.tuple_type) if topic.raw else decoder(topic)
+        read = reader(topic)
 
-        def callback(message: Any) -> None:
-            if self._pending is None:
-                outputs = handler(decode(message))
-                if outputs:
-                    self.respond(outputs)
-            elif also_blocked:
-                self.publish(handler(decode(message)))
-        self.create_subscription(topic.message, topic.name, callback, topic.qos, raw=topic.raw,
+        def callback(content: bytes) -> None:
+            if self._pending is not None and not also_blocked:
+                return
+            try:
+                msg = read(content)
+            except MessageError as error:
+                self._log_rejected(Rejected(f'unreadable {topic.name}', str(error)))
+                return
+            outputs = handler(msg)
+            if self._pending is not None:
+                self.publish(outputs)
+            elif outputs:
+                self.respond(outputs)
+        self.create_subscription(topic.message, topic.name, callback, topic.qos, raw=True,
                                  **_fixed_qos(topic))
         self._type_check.watch(topic, single_publisher=topic is RECOMMENDATION)
 

@@ -9,7 +9,6 @@ from typing import Any
 
 from comply_msgs.srv import Save
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-import numpy as np
 from numpy.typing import NDArray
 from rclpy.task import Future
 
@@ -18,24 +17,19 @@ from comply_ros.nodes.diagnostics import INACTIVE, OK, process_name, TOPIC
 from comply_ros.nodes.node_processes import NodeProcess
 from comply_ros.nodes.parameter_node import SafeParameterNode
 from comply_ros.nodes.topics import (
-    decoder,
     MENTOR_POLICY,
+    MessageError,
     PROGRESS,
+    reader,
     RECOMMENDATION,
     SAVE,
     Topic,
     WORLD,
 )
-from comply_ros.protocol.messages import (
-    grid_from_description,
-    Policy,
-    Progress,
-    REPORTS,
-    WorldDescription,
-)
+from comply_ros.protocol.messages import Policy, Progress, REPORTS, WorldDescription
 from comply_ros.protocol.run_view import is_possible_progress, RunReports
-from comply_ros.world.grid import Grid
-from comply_ros.world.mdp import World
+from comply_ros.protocol.world_description import world_from_description
+from comply_ros.world.mdp import Source, World
 
 RATE_ITERATIONS = 20  # over which the steps per second are measured
 RATE_SECONDS = 0.2  # that they must have taken together
@@ -57,14 +51,14 @@ class RunMonitor(SafeParameterNode):
     iteration. No clock of another machine has a say in it.
     """
 
-    def __init__(self, namespace: str, grid: Grid) -> None:
+    def __init__(self, namespace: str, source: Source) -> None:
         super().__init__('lesson', namespace=namespace)
         self.progress: list[Progress] = []  # one for each iteration, without gaps
         self.on_progress: Callable[[Progress], Any] = lambda msg: None  # called with each
         self.processes: list[NodeProcess] = []  # whose health is read
         self.unwell: dict[str, str] = {}  # what those that are not well say, by name
         self._other_mentors: set[str] = set()  # processes of other mentors, as they were heard
-        self._world = World(grid)
+        self._world = World(source)
         self._run: int | None = None
         # By run: what is known of those whose world fits, or whose world may still come, and the
         # times at which the world and the first advice arrived.
@@ -88,7 +82,7 @@ class RunMonitor(SafeParameterNode):
         return bool(self.progress) and self.progress[-1].finished and self._run in self._advised
 
     @property
-    def advice(self) -> NDArray[np.int8]:
+    def advice(self) -> NDArray[Any]:
         """`advice[s]` that the mentor published in the run of the lesson."""
         advice = self._reports[self.progress[0].run].mentor_policy
         assert advice is not None
@@ -133,9 +127,16 @@ class RunMonitor(SafeParameterNode):
         """Subscribe; where that was done before, latched messages come once more."""
         if topic.name in self._topics:
             self.destroy_subscription(self._topics[topic.name])
-        decode = decoder(topic)
+        read = reader(topic)
+
+        def callback(content: bytes) -> None:
+            try:
+                msg = read(content)
+            except MessageError:
+                return  # it cannot belong to the run
+            receive(msg)
         self._topics[topic.name] = self.create_subscription(
-            topic.message, topic.name, lambda message: receive(decode(message)), topic.qos)
+            topic.message, topic.name, callback, topic.qos, raw=True)
 
     def _request_again(self) -> None:
         """Subscribe again where nothing came for a while: a crowd may have pushed it out."""
@@ -156,8 +157,8 @@ class RunMonitor(SafeParameterNode):
 
     def _fits(self, msg: WorldDescription) -> bool:
         try:
-            return (msg.sha256 == self._world.grid.sha256
-                    and grid_from_description(msg) == self._world.grid)
+            return (msg.sha256 in ('', self._world.sha256)
+                    and world_from_description(msg) == self._world.source)
         except ValueError:
             return False
 

@@ -123,7 +123,7 @@ class TeleopMentorNode(HumanMentorNode):
     def _on_trust(self, msg: Trust) -> tuple[()]:
         """Keep the confidence in every state, if it is of this world and this run."""
         world = self.machine.tracker.description
-        if world and msg.run == world.run and len(msg.confidence) == world.width * world.height:
+        if world and msg.run == world.run and len(msg.confidence) == world.states:
             self._trust = msg
         return ()
 

@@ -17,6 +17,7 @@ class TopicTypeCheck:
     def __init__(self, node: Node) -> None:
         self._node = node
         self._types: dict[str, str] = {}  # by full name of the topic
+        self._own = node.get_fully_qualified_name()
         self._crowded_ticks: dict[str, int] = {}  # of topics with a single publisher
         self._reported: set[tuple[str, ...]] = set()
 
@@ -36,19 +37,35 @@ class TopicTypeCheck:
                 yield (f'topic {name} must have one publisher, got {publishers}: messages of all '
                        'are used, and results cannot be reproduced; end all but one')
         for name, expected in self._types.items():
-            for end in (*self._node.get_publishers_info_by_topic(name),
-                        *self._node.get_subscriptions_info_by_topic(name)):
-                if end.topic_type != expected and self._is_new(name, end):
-                    role = end.endpoint_type.name.lower()
-                    yield (f'topic {name} must have the type {expected}, but the {role} of '
-                           f'{end.node_namespace.rstrip("/")}/{end.node_name} has '
-                           f'{end.topic_type}: no messages are exchanged with it')
+            ends = (*self._node.get_publishers_info_by_topic(name),
+                    *self._node.get_subscriptions_info_by_topic(name))
+            own_hash = next((str(end.topic_type_hash) for end in ends
+                             if _node_name(end) == self._own and end.topic_type == expected), '')
+            for end in ends:
+                problem = self._problem(end, expected, own_hash)
+                if problem and self._is_new(name, end):
+                    yield (f'topic {name} must have the type {expected}, but the '
+                           f'{end.endpoint_type.name.lower()} of {_node_name(end)} has {problem}')
+
+    def _problem(self, end: TopicEndpointInfo, expected: str, own_hash: str) -> str | None:
+        """Return what is wrong with the type of a publisher or subscriber, or None."""
+        if end.topic_type != expected:
+            return f'{end.topic_type}: no messages are exchanged with it'
+        found = str(end.topic_type_hash)
+        if own_hash and found != own_hash and 'INVALID' not in found + own_hash:
+            return ('another version of it: its messages cannot be read; run nodes of one version '
+                    'of comply_ros')
+        return None
 
     def _is_new(self, name: str, end: TopicEndpointInfo) -> bool:
-        found = name, end.topic_type, end.node_namespace, end.node_name
+        found = name, end.topic_type, str(end.topic_type_hash), _node_name(end)
         is_new = found not in self._reported
         self._reported.add(found)
         return is_new
+
+
+def _node_name(end: TopicEndpointInfo) -> str:
+    return f'{end.node_namespace.rstrip("/")}/{end.node_name}'
 
 
 def type_name(message: type) -> str:

@@ -1,14 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""All topics and services: name, message type, the tuple with the same fields, and QoS."""
+"""All topics and services: name, message type, the tuple with its fields, QoS, conversion."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+from builtin_interfaces.msg import Time
 from comply_msgs import msg
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.serialization import deserialize_message, serialize_message
 
 from comply_ros.nodes import cdr
 from comply_ros.protocol import messages
+from comply_ros.protocol.world_description import LARGEST_DESCRIPTION
 
 # One observation is open at a time, so only the newest message counts; late subscribers get it.
 LATCHED = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE,
@@ -26,9 +29,9 @@ class Topic(NamedTuple):
     ----------
     name: relative.
     message: the class of its messages.
-    tuple_type: the tuple with the same fields.
+    tuple_type: the tuple with the same fields but the header.
     qos: how it is published and subscribed to.
-    raw: whether its messages have a fixed size, and are read and written as bytes.
+    raw: whether its messages are converted without rclpy, see `cdr`.
 
     """
 
@@ -66,18 +69,93 @@ RESET = '~/reset'  # service of the world, and of the learner
 ANOTHER = 'another learner is meant'  # how `save` answers a request for another learner
 
 
+class MessageError(ValueError):
+    """Bytes that are no message of a topic; the message names the topic, the rule and the size."""
+
+
+def reader(topic: Topic) -> Callable[[bytes], Any]:
+    """
+    Return a function from the bytes of a message to its tuple.
+
+    That raises MessageError for other bytes, and for a world that is too large.
+    """
+    decode = cdr.decoder(topic.message, topic.tuple_type) if topic.raw else _slow_decoder(topic)
+
+    def read(content: bytes) -> Any:
+        if topic is WORLD:
+            check_description_size(len(content))
+        try:
+            return decode(content)
+        except Exception:  # noqa: BLE001 - of other bytes, whatever rclpy raises
+            raise MessageError(
+                f'a message on {topic.name} must be a {topic.message.__name__} of protocol '
+                f'{messages.PROTOCOL}, got {len(content)} bytes that are none: is its publisher '
+                'of another version of comply_ros?') from None
+    return read
+
+
+def writer(topic: Topic, clock: cdr.Clock) -> Callable[[Any], Any]:
+    """
+    Return a function from a tuple to what is published: bytes, or a message.
+
+    clock: read for the stamp of each message.
+    """
+    if topic.raw:
+        return cdr.encoder(topic.message, clock)
+    fill = encoder(topic)
+
+    def write(values: Any) -> Any:
+        message = fill(values)
+        message.header.stamp = _time(clock())
+        return message
+    return write
+
+
+def check_description_size(size: int) -> None:
+    """Return if a description of a world may have so many bytes; raises MessageError."""
+    if size > LARGEST_DESCRIPTION:
+        raise MessageError('the description of a world must have at most '
+                           f'{LARGEST_DESCRIPTION // 2 ** 20} MiB, got {size / 2 ** 20:.1f} MiB')
+
+
+def description_size(description: messages.WorldDescription) -> int:
+    """Return the bytes of the description of a world as a message."""
+    return len(serialize_message(encoder(WORLD)(description)))
+
+
 def decoder(topic: Topic) -> Callable[[Any], Any]:
     """Return a function from a message to its tuple."""
-    tuple_type, names = topic.tuple_type, topic.tuple_type._fields
-    return lambda message: tuple_type(*[getattr(message, name) for name in names])
+    return messages.tuple_maker(topic.tuple_type)
 
 
 def encoder(topic: Topic) -> Callable[[Any], Any]:
-    """Return a function from a tuple to its message: always the same object, filled anew."""
-    message, names = topic.message(), topic.tuple_type._fields
+    """
+    Return a function from a tuple to its message: always the same object, filled anew.
 
-    def encode(values: Any) -> Any:
-        for name, value in zip(names, values):
+    The header of the message stays as it is.
+    """
+    message = topic.message()
+    return lambda values: _fill(message, values)
+
+
+def _slow_decoder(topic: Topic) -> Callable[[bytes], Any]:
+    decode = decoder(topic)
+    return lambda content: decode(deserialize_message(content, topic.message))
+
+
+def _fill(message: Any, values: Any) -> Any:
+    """Change the fields of a message to those of a tuple; return the message."""
+    for name, value in zip(values._fields, values):
+        field = getattr(message, name)
+        if isinstance(field, Time):
+            setattr(message, name, _time(value))
+        elif hasattr(value, '_fields'):
+            _fill(field, value)
+        else:
             setattr(message, name, value)
-        return message
-    return encode
+    return message
+
+
+def _time(nanoseconds: int) -> Time:
+    seconds, rest = divmod(nanoseconds, messages.NANOSECONDS)
+    return Time(sec=seconds, nanosec=rest)

@@ -7,7 +7,6 @@ from functools import partial
 from typing import Any
 
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.serialization import deserialize_message
 from std_msgs.msg import Float64, Header
 
 from comply_ros.nodes import topics
@@ -58,9 +57,10 @@ class ViewerNode(SafeParameterNode):
         self._tf_type = tf_message_type() if self._robot_frame else None
         self._tf_publisher = self._tf_type and self.create_publisher(
             self._tf_type, '/tf', TRANSFORMS)
+        self._read_state = topics.reader(topics.STATE)
         self.create_subscription(
             topics.STATE.message, topics.STATE.name,
-            lambda message: self._received.append(message), LOSSY, raw=True)
+            lambda content: self._received.append(content), LOSSY, raw=True)
         self._subscribe(topics.WORLD, partial(self._receive, topics.WORLD.name))
         for topic in (topics.EPISODE, topics.PROGRESS):
             self._subscribe(topic, self._returns[topic.name].append)
@@ -74,9 +74,16 @@ class ViewerNode(SafeParameterNode):
         """Do nothing: nothing is stored."""
 
     def _subscribe(self, topic: topics.Topic, receive: Callable[[Any], Any]) -> None:
-        decode = topics.decoder(topic)
-        self.create_subscription(topic.message, topic.name,
-                                 lambda message: receive(decode(message)), topic.qos)
+        read = topics.reader(topic)
+
+        def callback(content: bytes) -> None:
+            try:
+                msg = read(content)
+            except topics.MessageError as error:
+                self._warn_once(f'unreadable {topic.name}', f'rejected: {error} (logged once)')
+                return
+            receive(msg)
+        self.create_subscription(topic.message, topic.name, callback, topic.qos, raw=True)
 
     def _receive(self, topic: str, msg: Any) -> None:
         try:
@@ -117,7 +124,7 @@ class ViewerNode(SafeParameterNode):
         if self._view.world is None:
             return
         trail, world = self._view.trail, self._view.world
-        if 'state' in self._view.changed and trail:
+        if 'state' in self._view.changed and trail and world.model == 'grid':
             self._view.changed.discard('state')
             if len(trail) > 1:
                 self._angle = heading(*trail[-2:], world.grid.width) or 0.0
@@ -134,10 +141,13 @@ class ViewerNode(SafeParameterNode):
 
     def _new_states(self) -> Iterable[StateReward]:
         """Return the states since the last time, from the newest start of an episode on."""
-        decode, found = topics.decoder(topics.STATE), []
+        found: list[StateReward] = []
         while self._received:
-            message = deserialize_message(self._received.pop(), topics.STATE.message)
-            found.append(decode(message))
+            try:
+                found.append(self._read_state(self._received.pop()))
+            except topics.MessageError as error:
+                self._warn_once('unreadable state', f'rejected: {error} (logged once)')
+                continue
             if found[-1].step == 0:
                 self._received.clear()
         return reversed(found)
@@ -159,6 +169,10 @@ class ViewerNode(SafeParameterNode):
         if world is None or not changed:
             return
         reports = self._view.reports
+        if world.model != 'grid':
+            self._warn_once('no grid', 'a world must be a grid to be shown with maps and markers, '
+                            f'got one of model {world.model.upper()}: only returns are shown')
+            return
         if 'world' in changed:
             self._publish[views.MAP](views.map_message(header, world, cell))
             self._publish[views.PLACES](views.places_message(header, world, cell))

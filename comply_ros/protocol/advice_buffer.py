@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The newest advice by state, and whether a mentor's advice is still valid."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -87,7 +89,7 @@ class AdviceBuffer:
                          f'observation that was made, got step id {step_id(before)} after '
                          f'{self._newest}'),)
 
-    def advice(self, before: NDArray[np.int8]) -> NDArray[np.int8]:
+    def advice(self, before: NDArray[Any]) -> NDArray[Any]:
         """Return `advice[s]`: the newest action in a state, where there is none that of before."""
         advice = before.copy()
         advice[list(self._advice)] = [msg.action for msg in self._advice.values()]

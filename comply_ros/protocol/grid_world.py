@@ -1,19 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The grid world as a state machine: actions in, the next observations out."""
+"""A world as a state machine: actions in, the next observations out."""
 
 from __future__ import annotations
 
 from collections import deque
 from typing import Any
 
+import numpy as np
+
 from comply_ros.numerics.jit import plain_view
 from comply_ros.numerics.rng import random_streams, UniformRows
 from comply_ros.protocol.messages import (
     Action,
     ANYONE,
-    describe_world,
     Episode,
-    grid_from_description,
     Ignored,
     Inactive,
     NO_RUN,
@@ -27,8 +27,16 @@ from comply_ros.protocol.messages import (
 )
 from comply_ros.protocol.pause_gate import PauseGate
 from comply_ros.protocol.validation import rejected_run, validate_confidence
-from comply_ros.world.grid import Grid, NO_ACTION
-from comply_ros.world.mdp import first_state, taken_action, World
+from comply_ros.protocol.world_description import describe_world, world_from_description
+from comply_ros.world.grid import MapError, NO_ACTION
+from comply_ros.world.mdp import (
+    drawn_outcome,
+    first_state,
+    Source,
+    taken_action,
+    World,
+    WorldArrays,
+)
 
 RELEASE = 3.0  # seconds without a message of its learner after which a run takes any learner
 ESTABLISHED = 3.0  # seconds after which a world has received those that were there before it
@@ -46,11 +54,15 @@ class GridWorld:
 
     Parameters
     ----------
-    grid: the map.
+    source: the map.
     name: of the map.
     run: number that tells this run from every other.
     seed: of starts and slips.
-    began: system time at the start of the run, in seconds since 1970, for people to read.
+    began: system time at the start of the run, in nanoseconds since 1970, for people to read.
+
+    Raises
+    ------
+    MapError: for a world without a model.
 
     Attributes
     ----------
@@ -64,16 +76,18 @@ class GridWorld:
 
     """
 
-    def __init__(self, grid: Grid, name: str, run: int, seed: int, began: float = 0.0) -> None:
-        self._world, self._seed = World(grid), seed
+    def __init__(self, source: Source, name: str, run: int, seed: int, began: int = 0) -> None:
+        self._world, self._seed = World(source), seed
+        if self._world.model == 'none':
+            raise MapError('a world that moves by actions must have a model, got one without')
         self._draws = UniformRows(random_streams(seed)[0], 1)
-        self._limit, self._intended = grid.step_limit, float(grid.intended)
-        self._successor = plain_view(self._world.successor)
-        self._reward = plain_view(self._world.reward)
-        self._slips = plain_view(self._world.slips)
-        self._terminal = plain_view(self._world.terminal)
-        self._starts = grid.starts
-        self.description = describe_world(grid, name, run, began)
+        views: list[Any] = [plain_view(each) if isinstance(each, np.ndarray) else each
+                            for each in self._world.arrays()]
+        self._arrays = WorldArrays(*views)
+        self._is_grid, self._limit = self._world.model == 'grid', source.step_limit
+        self._available = plain_view(self._world.available)
+        self._terminal = self._arrays.terminal
+        self.description = describe_world(source, name, run, began)
         self.journal_entries: list[Action] = []
         self.needs_checkpoint, self.inactive, self.learner_messages = True, False, 0
         self.reports: deque[Episode] = deque(maxlen=REPORTS)
@@ -122,7 +136,7 @@ class GridWorld:
         count, came_later = self._others.get(msg.run, (0, age > ESTABLISHED))
         if count == MOST_ANSWERS or not count and len(self._others) >= OTHERS:
             return ()
-        grid_from_description(msg)
+        world_from_description(msg)
         self._others[msg.run] = count + 1, came_later
         most = self._messages_until_inactive(msg.run, came_later)
         if count + 1 < most:
@@ -174,11 +188,11 @@ class GridWorld:
         self.journal_entries.append(msg)
         return self.pause_gate.admit(self._take(msg.action))
 
-    def reset(self, run: int, began: float) -> Outputs:
+    def reset(self, run: int, began: int) -> Outputs:
         """
         Start a new run, as at a fresh start; return outputs. A pause continues.
 
-        run: its number. began: system time, in seconds since 1970.
+        run: its number. began: system time, in nanoseconds since 1970.
         """
         before = self.description.run
         self.description = self.description._replace(run=run, began=began, replaces=before)
@@ -255,7 +269,8 @@ class GridWorld:
             if msg.action != NO_ACTION:
                 return Rejected('action after the end', 'the episode is over: the action must be '
                                 f'{NO_ACTION}, got {msg.action}')
-        elif not 0 <= msg.action < 4 or self._successor[observation.state, msg.action] < 0:
+        elif not (0 <= msg.action < self._world.n_actions
+                  and self._available[observation.state, msg.action]):
             return Rejected('action not available', 'an action must be one that the state has, '
                             f'got {msg.action} in state {observation.state}')
         return validate_confidence(msg)
@@ -267,8 +282,8 @@ class GridWorld:
             self.observation = self._start_episode(episode + 1)
             return (self.observation,)
         u, = self._draws.row()
-        taken = taken_action(s, action, u, self._intended, self._slips)
-        reward, s2, step = self._reward[s, taken], self._successor[s, taken], step + 1
+        reward, s2 = self._move(s, action, u)
+        step += 1
         self._return += reward
         terminated = self._terminal[s2]
         truncated = not terminated and step == self._limit
@@ -279,8 +294,17 @@ class GridWorld:
         self.reports.append(Episode(run, episode, step, self._return, terminated, truncated))
         return (self.reports[-1], self.observation)
 
+    def _move(self, s: int, action: int, u: float) -> tuple[float, int]:
+        """Return the reward and the next state of an action. u: uniform in [0, 1)."""
+        world = self._arrays
+        if self._is_grid:
+            taken = taken_action(s, action, u, world.intended, world.slips)
+            return world.reward[s, taken], world.successor[s, taken]
+        k = drawn_outcome(s, action, u, world.first, world.probability, world.actions)
+        return world.outcome_reward[k], world.outcome[k]
+
     def _start_episode(self, episode: int) -> StateReward:
         self._return = 0.0
         u, = self._draws.row()
-        return StateReward(self.description.run, episode, 0, first_state(u, self._starts), 0.0,
-                           False, False, self._learner)
+        return StateReward(self.description.run, episode, 0,
+                           first_state(u, self._arrays.starts), 0.0, False, False, self._learner)

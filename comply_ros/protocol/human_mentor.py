@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -34,7 +35,7 @@ class HumanMentor(Mentor):
     """
 
     def __init__(self) -> None:
-        self.edited_policy: NDArray[np.int8] | None = None
+        self.edited_policy: NDArray[Any] | None = None
         self.steering = False
         self.waiting: StateReward | None = None
         self.robot: StateReward | None = None
@@ -45,7 +46,7 @@ class HumanMentor(Mentor):
         self.waiting, self.robot = None, None
         outputs = super()._start_run(is_reset)
         if self.policy is None and self.world is not None:
-            self._set(np.full(len(self.world.free), NO_ACTION, dtype=np.int8))
+            self._set(np.full(self.world.n_states, NO_ACTION, dtype=self.world.action_type))
         return outputs
 
     def observe(self, msg: StateReward) -> Outputs:
@@ -114,11 +115,11 @@ class HumanMentor(Mentor):
             return ()
         return self._recommend(self.policy[self.waiting.state])
 
-    def _set(self, policy: NDArray[np.int8]) -> None:
+    def _set(self, policy: NDArray[Any]) -> None:
         policy.flags.writeable = False
         self.edited_policy, self.policy = policy, policy.tolist()
 
-    def _policy_to_edit(self) -> tuple[NDArray[np.int8], World]:
+    def _policy_to_edit(self) -> tuple[NDArray[Any], World]:
         if self.edited_policy is None or self.world is None:
             raise PolicyError('a policy must be for a world, and none is known yet')
         return self.edited_policy, self.world

@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections import deque
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
 from comply_ros.learner.agent import Agent, Decision
@@ -19,11 +18,11 @@ from comply_ros.protocol.messages import (
     Action,
     AnsweredObservation,
     ANYONE,
-    grid_from_description,
     Ignored,
     Notice,
     Outputs,
     Progress,
+    ReceivedAdvice,
     Recommendation,
     Rejected,
     REPORTS,
@@ -33,6 +32,11 @@ from comply_ros.protocol.messages import (
 )
 from comply_ros.protocol.run_tracker import BEFORE_FIRST, RunTracker
 from comply_ros.protocol.validation import validate_observation
+from comply_ros.protocol.world_description import (
+    description_from_state,
+    description_state,
+    world_from_description,
+)
 from comply_ros.world.grid import NO_ACTION
 
 
@@ -71,7 +75,7 @@ class Learner:
         self._advice = AdviceBuffer()
         self.reports: deque[Progress] = deque(maxlen=REPORTS)
         self.changes: dict[str, Any] = {}
-        self.journal_entries: list[AnsweredObservation | Recommendation] = []
+        self.journal_entries: list[AnsweredObservation | ReceivedAdvice] = []
         self.needs_checkpoint = False
         self._forget_answers()
 
@@ -95,7 +99,7 @@ class Learner:
         """Tell whether all iterations are done; from then on nothing is answered."""
         return self.tracker.world is not None and self.agent.finished
 
-    def advice(self) -> NDArray[np.int8]:
+    def advice(self) -> NDArray[Any]:
         """
         Return `advice[s]`: the mentor's newest action in a state, -1 where there is none.
 
@@ -199,7 +203,7 @@ class Learner:
         if not counts:
             return outputs
         if before is None or before.action != msg.action:  # else it is known already
-            self.journal_entries.append(msg)
+            self.journal_entries.append(ReceivedAdvice(*msg[:5]))
         if self.waiting and step_id(msg) == step_id(self.waiting):
             return self._answer(msg.action)
         return ()
@@ -313,21 +317,20 @@ class Learner:
     def state_dict(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
         """Return everything needed to continue later: values for JSON, and arrays by name."""
         agent, arrays = self.agent.state_dict()
-        description = self.tracker.description
-        assert description is not None
+        assert self.tracker.description is not None
+        description, world = description_state(self.tracker.description)
         return {'agent': agent, 'number': self.number, 'changes': self.changes,
-                'description': description._replace(  # in a message they are an array
-                    rows=tuple(description.rows), starts=tuple(description.starts)),
+                'description': description,
                 'order': self.tracker.state_dict(), 'last_advice': self._last_advice,
                 'action': self._action, 'advised_action': self._advised_action,
-                'reports': list(self.reports)}, {**arrays, **self._advice.arrays()}
+                'reports': list(self.reports)}, {**arrays, **world, **self._advice.arrays()}
 
     def load_state_dict(self, values: dict[str, Any], arrays: dict[str, NDArray[Any]],
                         journal: list[Any]) -> None:
         """Continue from a checkpoint, then repeat the steps of its journal."""
-        description = WorldDescription(*values['description'])
+        description = description_from_state(values['description'], arrays)
         self.change(values['changes'])
-        self.tracker.follow(description, grid_from_description(description))
+        self.tracker.follow(description, world_from_description(description))
         self.agent.load_state_dict(values['agent'], arrays)
         self.number, self._last_advice = values['number'], values['last_advice']
         self._action, self._advised_action = (
@@ -346,10 +349,10 @@ class Learner:
         """Return what to publish again after `load_state_dict`: the reports, the last action."""
         return (*self.reports, self._action) if self._action else tuple(self.reports)
 
-    def _repeat(self, entry: AnsweredObservation | Recommendation) -> None:
+    def _repeat(self, entry: AnsweredObservation | ReceivedAdvice) -> None:
         """Change by one entry of a journal, as it was changed then."""
-        if isinstance(entry, Recommendation):
-            self._advice.restore_advice(entry)
+        if isinstance(entry, ReceivedAdvice):
+            self._advice.restore_advice(Recommendation(*entry))
             return
         msg = StateReward(self.tracker.run or 0, entry.episode, entry.step, entry.state,
                           entry.reward, entry.terminated, entry.truncated)

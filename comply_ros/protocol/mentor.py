@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
 from comply_ros.mentor.advice_budget import AdviceBudget, UNLIMITED
@@ -87,7 +86,7 @@ class Mentor:
         """Text of what this mentor needs to continue; None where it has everything."""
         return self.tracker.waiting_for()
 
-    def use(self, policy: NDArray[np.int8],
+    def use(self, policy: NDArray[Any],
             saved: tuple[dict[str, Any], dict[str, NDArray[Any]], list[Any]] | None = None
             ) -> Outputs:
         """
@@ -228,7 +227,7 @@ class Mentor:
         assert description is not None
         return (Notice(f'follows world {description.name!r}, run {description.run}'),)
 
-    def _advise_by(self, policy: NDArray[np.int8]) -> None:
+    def _advise_by(self, policy: NDArray[Any]) -> None:
         assert self.world is not None
         self._budget = AdviceBudget(self.world, policy, self._budget_size, self._mode)
 

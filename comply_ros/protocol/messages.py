@@ -1,45 +1,83 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The messages between world, mentor and learner, as tuples with the fields of `comply_msgs`."""
+"""
+The messages between world, mentor and learner, as tuples with the fields of `comply_msgs`.
+
+The messages on the topics have a header before these fields, which the nodes add and drop.
+"""
 
 from __future__ import annotations
 
 from array import array
-from math import isfinite
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from comply_ros.world.grid import Grid, NO_ACTION
+from comply_ros.world.grid import NO_ACTION
 
 ANYONE = 0  # the number of any learner
 NO_RUN = 0  # the number of no run; runs have numbers from 1 upwards
+PROTOCOL = 2  # version of all messages; a world of another one is rejected
 LONGEST_NAME = 255  # characters of the name of a world, as of a file
 INITIAL_LEARNING = 'initial_learning'  # in the settings of a `LearnerDescription`: its digest
+NANOSECONDS = 10 ** 9  # in a second
 REPORTS = 1000  # reports of episodes and iterations that late subscribers receive
 
 StepId = tuple[int, int]  # (episode, step): later messages of a run have greater ones
 
 
+class GridModel(NamedTuple):
+    """A world as a `Grid`; rows: top row first. Empty in the description of any other."""
+
+    rows: tuple[str, ...] = ()
+    step_reward: float = 0.0
+    obstacle_reward: float = 0.0
+    goal_reward: float = 0.0
+    intended: float = 0.0
+    slips_bump: bool = False
+
+
+class TableModel(NamedTuple):
+    """
+    A world as a `Table`, whose arrays these are; empty in the description of any other.
+
+    first, successor: type code I. probability, reward: type code d.
+    terminal: type code I: the states in which an episode ends, ascending.
+    """
+
+    first: array[int] = array('I')
+    successor: array[int] = array('I')
+    probability: array[float] = array('d')
+    reward: array[float] = array('d')
+    terminal: array[int] = array('I')
+
+
 class WorldDescription(NamedTuple):
     """
-    Everything that another node needs to rebuild the world.
+    What other nodes need to know of the world.
 
-    rows: top row first. replaces: the run that this one follows after a reset.
+    protocol: `PROTOCOL`. replaces: the run that this one follows after a reset.
+    began: start of the run, in nanoseconds since 1970.
+    model: what is known beside states and actions: one of `MODELS`, by its index.
+    available: of a world without a model, a value for each action of each state; empty for all.
+    positions: of a table, x and y of each state in metres; type code d. cells: a character each.
+    sha256: that of the world; empty if it is not to be checked.
     """
 
+    protocol: int
     run: int
-    began: float
+    replaces: int
+    began: int
     name: str
-    width: int
-    height: int
-    rows: tuple[str, ...]
+    states: int
+    actions: tuple[str, ...]
     starts: tuple[int, ...]
-    step_reward: float
-    obstacle_reward: float
-    goal_reward: float
-    intended: float
     step_limit: int
-    slips_bump: bool
+    model: int
+    grid: GridModel
+    table: TableModel
+    available: tuple[bool, ...]
+    positions: array[float]
+    cells: tuple[str, ...]
     sha256: str
-    replaces: int = NO_RUN
 
 
 class StateReward(NamedTuple):
@@ -56,13 +94,14 @@ class StateReward(NamedTuple):
 
 
 class Recommendation(NamedTuple):
-    """The action of the mentor in a state, -1 for no advice."""
+    """The action of the mentor in a state, -1 for no advice; mentor: empty for the only one."""
 
     run: int
     episode: int
     step: int
     state: int
     action: int
+    mentor: str = ''
 
 
 class Action(NamedTuple):
@@ -76,7 +115,7 @@ class Action(NamedTuple):
     confidence: float
     learner: int = ANYONE
     advice: int = NO_ACTION
-    turns: int = 0
+    observation_count: int = 0
 
 
 class Episode(NamedTuple):
@@ -102,32 +141,28 @@ class Progress(NamedTuple):
     confidence: float
     temperature: float
     finished: bool
+    mentor: str = ''
 
 
 class Trust(NamedTuple):
     """Confidence in every state."""
 
     run: int
-    width: int
-    height: int
     confidence: array[float]  # type code f: rclpy checks a list element by element
+    mentor: str = ''
 
 
 class Policy(NamedTuple):
     """Action of every state."""
 
     run: int
-    width: int
-    height: int
-    action: array[int]  # type code b
+    action: array[int]  # type code h
 
 
 class Values(NamedTuple):
     """Value of every state."""
 
     run: int
-    width: int
-    height: int
     value: array[float]  # type code d
 
 
@@ -136,7 +171,7 @@ class LearnerDescription(NamedTuple):
 
     run: int
     learner: int
-    turns: int
+    observation_count: int
     method: str
     settings: str
     seed: int
@@ -150,6 +185,9 @@ TOPIC_TYPES: dict[str, type[Any]] = {
     'action': Action, 'episode': Episode, 'progress': Progress, 'trust': Trust, 'policy': Policy,
     'values': Values, 'mentor_policy': Policy, 'method': LearnerDescription}
 
+# Fields that are tuples themselves.
+INNER_TUPLES: dict[str, type[Any]] = {'grid': GridModel, 'table': TableModel}
+
 
 class AnsweredObservation(NamedTuple):
     """An observation that a learner has answered, and the advice that it had, for its journal."""
@@ -161,6 +199,16 @@ class AnsweredObservation(NamedTuple):
     terminated: bool
     truncated: bool
     advice: int
+
+
+class ReceivedAdvice(NamedTuple):
+    """A recommendation that a learner has received, for its journal."""
+
+    run: int
+    episode: int
+    step: int
+    state: int
+    action: int
 
 
 class Rejected(NamedTuple):
@@ -193,44 +241,23 @@ Output = Any  # one of the tuples above: to be published or logged
 Outputs = tuple[Output, ...]
 
 
+def tuple_maker(tuple_type: type[Any]) -> Callable[[Any], Any]:
+    """
+    Return a function from an object with the same fields to a tuple, and to the tuples in it.
+
+    A time, with the fields `sec` and `nanosec`, becomes its nanoseconds.
+    """
+    inner = {name: tuple_maker(kind)
+             for name, kind in INNER_TUPLES.items() if name in tuple_type._fields}
+
+    def value_of(field: Any, name: str) -> Any:
+        if name in inner:
+            return inner[name](field)
+        return field.sec * NANOSECONDS + field.nanosec if hasattr(field, 'nanosec') else field
+    return lambda message: tuple_type(*[
+        value_of(getattr(message, name), name) for name in tuple_type._fields])
+
+
 def step_id(msg: Any) -> StepId:
     """(episode, step) of a message of the loop."""
     return msg.episode, msg.step
-
-
-def is_reset_of(description: WorldDescription, before: WorldDescription | None) -> bool:
-    """Tell whether a world is the world of `before` after a reset."""
-    return (before is not None and description.replaces == before.run != NO_RUN
-            and description.sha256 == before.sha256)
-
-
-def describe_world(grid: Grid, name: str, run: int, began: float = 0.0) -> WorldDescription:
-    """Return the description of a grid; began: seconds since 1970, for people to read."""
-    return WorldDescription(
-        run=run, began=began, name=name, width=grid.width, height=grid.height, rows=grid.rows,
-        starts=grid.starts, step_reward=grid.step_reward, obstacle_reward=grid.obstacle_reward,
-        goal_reward=grid.goal_reward, intended=grid.intended, step_limit=grid.step_limit,
-        slips_bump=grid.slips_bump, sha256=grid.sha256)
-
-
-def grid_from_description(msg: WorldDescription) -> Grid:
-    """
-    `Grid` of a `WorldDescription`.
-
-    Raises
-    ------
-    ValueError: if it breaks a rule of the map, or does not have the hash that it gives.
-
-    """
-    grid = Grid(tuple(msg.rows), tuple(msg.starts), msg.step_reward, msg.obstacle_reward,
-                msg.goal_reward, msg.intended, msg.step_limit, msg.slips_bump,
-                expected=msg.sha256)
-    if (grid.width, grid.height) != (msg.width, msg.height):
-        raise ValueError(f'width and height must be those of the rows, {grid.width} x '
-                         f'{grid.height}, got {msg.width} x {msg.height}')
-    if len(msg.name) > LONGEST_NAME:
-        raise ValueError(f'a name must have at most {LONGEST_NAME} characters, '
-                         f'got {len(msg.name)}')
-    if not isfinite(msg.began):
-        raise ValueError(f'began must be a finite number, got {msg.began}')
-    return grid

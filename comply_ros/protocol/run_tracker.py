@@ -11,10 +11,8 @@ from typing import Any
 from comply_ros.numerics.jit import plain_view
 from comply_ros.protocol.messages import (
     ANYONE,
-    grid_from_description,
     Ignored,
     Inactive,
-    is_reset_of,
     Notice,
     Outputs,
     Rejected,
@@ -23,8 +21,13 @@ from comply_ros.protocol.messages import (
     StepId,
     WorldDescription,
 )
-from comply_ros.protocol.validation import rejected_run, validate_same_world
-from comply_ros.world.mdp import World
+from comply_ros.protocol.validation import (
+    rejected_run,
+    validate_observation,
+    validate_same_world,
+)
+from comply_ros.protocol.world_description import is_reset_of, with_hash, world_from_description
+from comply_ros.world.mdp import Source, World
 
 FIRST, BEFORE_FIRST = (1, 0), (0, -1)  # step ids
 WORLD_GONE = 5  # ticks without a message of the world after which the node asks for it
@@ -129,9 +132,9 @@ class RunTracker:
         if current and msg.run == current.run:
             self.silent_ticks = 0
             return validate_same_world(msg, current)
-        grid = grid_from_description(msg)
+        source = world_from_description(msg)
         if current is None or is_reset_of(msg, current):
-            return self.follow(msg, grid)
+            return self.follow(msg, source)
         if msg.run != current.replaces:  # else it came late
             self._rivals[msg.run] = msg
             if len(self._rivals) > RIVALS:
@@ -147,20 +150,21 @@ class RunTracker:
         for run, count in self._rival_messages.items():
             if count >= RIVAL_MESSAGES:
                 rival = self._rivals[run]
-                return self.follow(rival, grid_from_description(rival))
+                return self.follow(rival, world_from_description(rival))
         return ()
 
-    def follow(self, description: WorldDescription, grid: Any) -> Outputs:
+    def follow(self, description: WorldDescription, source: Source) -> Outputs:
         """Follow a run; return outputs, also of messages of it that came early."""
         is_reset = is_reset_of(description, self.description)
-        self.description, self.silent_ticks = description, 0
+        self.description, self.silent_ticks = with_hash(description, source), 0
         self._rivals.clear()
         self._rival_messages.clear()
         held, self._held = self._held, {}
         self.restart_order()
-        self.world_changed = self.world is None or self.world.grid != grid
+        self.world_changed = self.world is None or self.world.source != source
         if self.world_changed:
-            self.world = World(grid)
+            self.world = World(source)
+            self._is_grid = self.world.model == 'grid'
             self._successor = plain_view(self.world.successor)
             self._terminal = plain_view(self.world.terminal)
             self._step_limit = self.world.step_limit
@@ -215,6 +219,10 @@ class RunTracker:
     def is_usual_step(self, msg: StateReward) -> bool:
         """Tell whether an observation with the expected step id is possible in this world."""
         last, s, successor = self.answered_state, msg.state, self._successor
+        if not self._is_grid:
+            world = self.world
+            return (world is not None and validate_observation(msg, world) is None
+                    and world.leads(last, s))
         return (s >= 0  # -1 stands for the successor of an action that the state does not have
                 and (successor[last, 0] == s or successor[last, 1] == s
                      or successor[last, 2] == s or successor[last, 3] == s)

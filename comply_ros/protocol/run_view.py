@@ -32,8 +32,8 @@ from comply_ros.world.mdp import World
 MAX_RUNS = 8  # other runs with reports: these can arrive before the description of their world
 MAX_POINTS = 2000  # of a learning curve; a longer one loses every second point
 # Topics with a value for each state, and the field and type of these values.
-STATE_MAPS = {'trust': ('confidence', np.float32), 'policy': ('action', np.int8),
-              'values': ('value', np.float64), 'mentor_policy': ('action', np.int8)}
+STATE_MAPS = {'trust': ('confidence', np.float32), 'policy': ('action', np.int16),
+              'values': ('value', np.float64), 'mentor_policy': ('action', np.int16)}
 
 
 class LearningCurve(NamedTuple):
@@ -72,7 +72,6 @@ class RunReports:
     observation, action, episode, progress: the newest ones.
     curve: the learning curve.
     trust, policy, values, mentor_policy: arrays over all states.
-    size: (width, height) that each of these arrays was published with.
     advice: the newest recommended action by state.
     visited: the states of all observations.
     progress_by_iteration, episodes: all results, with `history`; episodes by (run, episode).
@@ -91,7 +90,6 @@ class RunReports:
         self.policy: NDArray[Any] | None = None
         self.values: NDArray[Any] | None = None
         self.mentor_policy: NDArray[Any] | None = None
-        self.size: dict[str, tuple[int, int]] = {}
         self.advice: dict[int, int] = {}
         self.visited: set[int] = set()
         self.progress_by_iteration: dict[int, Progress] = {}
@@ -119,7 +117,6 @@ class RunReports:
         elif topic in STATE_MAPS:
             field, dtype = STATE_MAPS[topic]
             setattr(self, topic, np.array(getattr(msg, field), dtype=dtype))
-            self.size[topic] = msg.width, msg.height
         elif topic == 'world':
             self.description = msg
         elif topic == 'method':
@@ -133,7 +130,7 @@ class RunReports:
             if array is None:
                 continue
             try:
-                setattr(self, topic, _validated(topic, array, self.size[topic], world))
+                setattr(self, topic, _validated(topic, array, world))
             except ValueError as error:
                 setattr(self, topic, None)
                 problems.append(Rejected(f'{topic} of another shape or content', str(error)))
@@ -147,12 +144,10 @@ def is_possible_progress(msg: Progress) -> bool:
             and msg.episodes > 0 and msg.finished == (msg.iteration == msg.iterations))
 
 
-def _validated(topic: str, array: NDArray[Any], size: tuple[int, int],
-               world: World) -> NDArray[Any]:
-    grid = world.grid
-    if size != (grid.width, grid.height) or len(array) != grid.width * grid.height:
-        raise ValueError(f'{topic} must have {grid.width} x {grid.height} states, got '
-                         f'{len(array)} of {size[0]} x {size[1]}')
+def _validated(topic: str, array: NDArray[Any], world: World) -> NDArray[Any]:
+    if len(array) != world.n_states:
+        raise ValueError(f'{topic} must have the {world.n_states} states of the world, got '
+                         f'{len(array)}')
     if topic == 'trust':
         wrong = ~((array >= 0.0) & (array <= 1.0))  # nan, too, is no confidence
         if wrong.any():

@@ -3,7 +3,7 @@
 
 # Raise it when what is stored is written in another way: the layout of a checkpoint, a journal, a
 # cached mentor or a result cell, or the names or the meaning of what is in them.
-FORMAT_VERSION = 2
+FORMAT_VERSION = 3
 
 # Raise it when the same inputs give other bits: then test/test_golden_digests.py fails.
 ALGORITHM_VERSION = 1

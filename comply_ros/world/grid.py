@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`Grid`: the cells, rewards and starts of a grid world, and the checks of its rules."""
 
-from dataclasses import dataclass, fields, InitVar
+from dataclasses import dataclass, InitVar
 from functools import cached_property
 import hashlib
 from typing import Any
@@ -90,11 +90,23 @@ class Grid:
         """All cells in the order of the states: `cells[s]` is the character of state s."""
         return ''.join(reversed(self.rows))
 
-    @property
+    @cached_property
     def sha256(self) -> str:
-        """SHA-256 (hex) of all fields: equal hashes mean equal worlds."""
-        parts = [f'{f.name}={getattr(self, f.name)!r}' for f in fields(self)]
-        return hashlib.sha256('\n'.join(parts).encode()).hexdigest()
+        """
+        SHA-256 (hex) of all fields: equal hashes mean equal worlds.
+
+        It is that of these bytes, all numbers little-endian: the text `comply_ros grid 1` and a
+        line feed; width, height, number of starts and step limit (int64 each); `step_reward`,
+        `obstacle_reward`, `goal_reward` and `intended` (float64 each); `slips_bump` (a byte, 0 or
+        1); the cells, a character each, from state 0 on; and `starts` (int64 each). A reward of
+        -0.0 counts as 0.0.
+        """
+        sizes = self.width, self.height, len(self.starts), self.step_limit
+        numbers = self.step_reward, self.obstacle_reward, self.goal_reward, self.intended
+        return hashlib.sha256(b''.join((
+            b'comply_ros grid 1\n', np.array(sizes, dtype='<i8').tobytes(),
+            (np.array(numbers, dtype='<f8') + 0.0).tobytes(), bytes((self.slips_bump,)),
+            self.cells.encode(), np.array(self.starts, dtype='<i8').tobytes()))).hexdigest()
 
     @cached_property
     def can_reach_goal(self) -> NDArray[np.bool_]:

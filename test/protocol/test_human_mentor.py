@@ -12,13 +12,13 @@ from comply_ros.mentor.mentor_policies import noisy_policy, spoiled_policy
 from comply_ros.mentor.policy_text import PolicyError
 from comply_ros.protocol.human_mentor import HumanMentor
 from comply_ros.protocol.messages import (
-    describe_world,
     Ignored,
     Notice,
     Recommendation,
     StateReward,
 )
 from comply_ros.protocol.run_tracker import RIVAL_MESSAGES, WORLD_SILENT
+from comply_ros.protocol.world_description import describe_world
 from comply_ros.world.grid import LEFT, NO_ACTION, RIGHT, UP
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import optimal_policy
@@ -171,7 +171,7 @@ def test_an_older_observation_is_ignored():
 def test_an_observation_that_cannot_be_right_is_rejected_and_is_not_where_the_robot_is():
     mentor = make_mentor(steering=True)
     rejected, = mentor.observe(state(1, 77))
-    assert rejected.kind == 'state outside the grid'
+    assert rejected.kind == 'state outside the world'
     assert (mentor.robot, mentor.waiting) == (None, None)
 
 

@@ -10,6 +10,7 @@ from tempfile import TemporaryDirectory
 from actor_network import RUN, ShuffledNetwork
 from bar_grid_training import PRESETS
 import pytest
+from tiny_tables import frozen_lake, machine
 from tiny_worlds import grid
 
 from comply_ros.learner import agent
@@ -27,6 +28,7 @@ from comply_ros.protocol.messages import (
     Episode,
     Notice,
     Progress,
+    ReceivedAdvice,
     Recommendation,
     StateReward,
     WorldDescription,
@@ -45,7 +47,7 @@ SUBSCRIBERS = {
 PUBLISHES = {'world': (WorldDescription, StateReward), 'mentor': (Recommendation,),
              'learner': (Action,)}
 JOURNAL = {'world': (Action,), 'mentor': (StateReward, Action),
-           'learner': (AnsweredObservation, Recommendation)}
+           'learner': (AnsweredObservation, ReceivedAdvice)}
 BEFORE_JOURNAL, BEFORE_PUBLISHING, AFTER_PUBLISHING = MOMENTS = (
     'before the journal is written', 'before its outputs are published', 'after that')
 
@@ -254,6 +256,18 @@ def test_with_kills_at_any_moment_the_digest_is_that_of_the_compiled_loop(networ
                      len(name) % 2 == 0).run()
     check(mortal, training, results)
     assert mortal.kills > 10
+
+
+@pytest.mark.parametrize('name', ['explicit', 'head_start'])
+@pytest.mark.parametrize('source', [machine(), frozen_lake()], ids=['machine', 'lake'])
+def test_a_world_that_is_a_table_survives_kills_too(network, source, name):
+    policy = noisy_policy(World(source), 0.3, random_streams(8)[0])
+    config = replace(find_method(name, 'published'), episodes=4, iterations=2)
+    training = Training(World(source), policy, config, SEED)
+    results = [training.iterate() for _ in range(2)]
+    mortal = network(0.15, config, source, policy, SEED, random.Random(name)).run()
+    check(mortal, training, results)
+    assert mortal.kills > 2
 
 
 @pytest.mark.parametrize('mode, remembers_advice', [

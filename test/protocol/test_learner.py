@@ -21,12 +21,12 @@ from tiny_worlds import grid
 from comply_ros.protocol.learner import Learner
 from comply_ros.protocol.messages import (
     Action,
-    describe_world,
     Ignored,
     Notice,
     Progress,
     Rejected,
 )
+from comply_ros.protocol.world_description import describe_world
 from comply_ros.world.grid import RIGHT, UP
 
 FIRST = {'world': ROOM_MSG, 'state': state(), 'advice': advice()}
@@ -74,7 +74,7 @@ def beside_the_goal(**settings):
 def test_an_iteration_is_reported():
     learner, arrival = beside_the_goal(episodes=1, iterations=2, temperature=0.5)
     action, progress = learner.observe(arrival)
-    assert action == Action(RUN, 1, 1, -1, False, 0.0, learner=1, advice=-1, turns=1)
+    assert action == Action(RUN, 1, 1, -1, False, 0.0, learner=1, advice=-1, observation_count=1)
     assert repr(progress) == repr(Progress(RUN, 1, 2, 1, 1, 10.0, float('nan'), 0.5, False))
     learner.observe(state(episode=2))
     progress, = learner.observe(arrival._replace(episode=2))

@@ -11,7 +11,8 @@ from tiny_worlds import grid
 from comply_ros.learner.presets import find_method
 from comply_ros.protocol.grid_world import GridWorld
 from comply_ros.protocol.learner import Learner
-from comply_ros.protocol.messages import Action, ANYONE, describe_world, Recommendation
+from comply_ros.protocol.messages import Action, ANYONE, Recommendation
+from comply_ros.protocol.world_description import describe_world
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
 

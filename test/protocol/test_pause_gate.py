@@ -17,7 +17,6 @@ from comply_ros.protocol.learner import Learner
 from comply_ros.protocol.mentor import Mentor
 from comply_ros.protocol.messages import (
     Action,
-    describe_world,
     Ignored,
     Notice,
     Progress,
@@ -26,6 +25,7 @@ from comply_ros.protocol.messages import (
     StateReward,
     WorldDescription,
 )
+from comply_ros.protocol.world_description import describe_world
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import optimal_policy
 

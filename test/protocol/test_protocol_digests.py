@@ -4,20 +4,27 @@
 from dataclasses import replace
 import random
 
-from actor_network import ShuffledNetwork
+from actor_network import OrderedNetwork, RUN, ShuffledNetwork
 from bar_grid_training import PRESETS
 import pytest
+from tiny_tables import frozen_lake, hall, machine
 from tiny_worlds import grid
 
-from comply_ros.learner.presets import find_method
+from comply_ros.learner.presets import find_method, METHODS
 from comply_ros.learner.training import Training
 from comply_ros.mentor.advice_budget import AdviceBudget
 from comply_ros.mentor.mentor_policies import noisy_policy, sparse_policy
 from comply_ros.numerics.rng import random_streams
+from comply_ros.protocol.grid_world import GridWorld
+from comply_ros.protocol.learner import Learner
+from comply_ros.protocol.mentor import Mentor
 from comply_ros.protocol.messages import Episode, Progress
+from comply_ros.protocol.world_description import describe_world
 from comply_ros.storage.map_files import read_map
+from comply_ros.world.grid import MapError
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import optimal_policy
+from comply_ros.world.spaces import Spaces
 
 
 @pytest.mark.parametrize('profile, name', PRESETS)
@@ -41,6 +48,51 @@ def test_any_order_and_repetition_gives_the_bits_of_the_compiled_loop(profile, n
     assert len(episodes) == 9
     assert sum(msg.steps for msg in episodes) == progress[-1].steps
     assert all(msg.terminated != msg.truncated for msg in episodes)
+
+
+def run_in_order(world, config, policy, seed):
+    """Return the learner of a whole training in a world, over a network that keeps the order."""
+    mentor, learner = Mentor(), Learner(config, seed)
+    network = OrderedNetwork(world, mentor, learner)
+    network.run(1)
+    network.publish(mentor.use(policy))
+    network.run()
+    assert learner.finished
+    return learner
+
+
+@pytest.mark.parametrize('name', sorted(METHODS['published']))
+@pytest.mark.parametrize('source', [machine(), frozen_lake(), hall(6, 20)],
+                         ids=['machine', 'lake', 'hall'])
+def test_in_a_table_messages_give_the_bits_of_the_compiled_loop(source, name):
+    policy = noisy_policy(World(source), 0.3, random_streams(8)[0])
+    config = replace(find_method(name, 'published'), episodes=3, iterations=3)
+    training = Training(World(source), policy, config, seed=4)
+    for _ in range(3):
+        training.iterate()
+    learner = run_in_order(GridWorld(source, 'table', RUN, 4), config, policy, 4)
+    assert learner.state.digest() == training.state.digest()
+
+
+@pytest.mark.parametrize('name', ['sarsa', 'explicit', 'beta_implicit', 'head_start'])
+def test_without_a_model_a_learner_learns_the_same_from_the_same_observations(name):
+    table = machine()
+    policy = noisy_policy(World(table), 0.3, random_streams(8)[0])
+    config = replace(find_method(name, 'published'), episodes=3, iterations=3)
+    training = Training(World(table), policy, config, seed=4)
+    for _ in range(3):
+        training.iterate()
+    robot = GridWorld(table, 'robot', RUN, 4)
+    robot.description = describe_world(
+        Spaces(table.n_states, table.actions, table.step_limit, table.available), 'robot', RUN)
+    learner = run_in_order(robot, config, policy, 4)
+    assert learner.tracker.world.model == 'none'
+    assert learner.state.digest() == training.state.digest()
+
+
+def test_a_world_without_a_model_cannot_move():
+    with pytest.raises(MapError, match='a world that moves by actions must have a model'):
+        GridWorld(Spaces(3, ('go',), 10), 'robot', RUN, 4)
 
 
 @pytest.mark.parametrize('mode, remembers_advice', [

@@ -7,7 +7,7 @@ import pytest
 from room_messages import ROOM, ROOM_MSG, state
 from tiny_worlds import grid
 
-from comply_ros.protocol.messages import describe_world, Ignored, Inactive, Notice, Rejected
+from comply_ros.protocol.messages import Ignored, Inactive, Notice, Rejected
 from comply_ros.protocol.run_tracker import (
     OWNED_BY_OTHER,
     RIVAL_MESSAGES,
@@ -16,6 +16,7 @@ from comply_ros.protocol.run_tracker import (
     WORLD_GONE,
     WORLD_SILENT,
 )
+from comply_ros.protocol.world_description import describe_world
 
 FIRST, SECOND = (ROOM_MSG._replace(run=run, began=10.0 * run) for run in (1, 2))
 

@@ -8,7 +8,6 @@ import pytest
 from tiny_worlds import grid
 
 from comply_ros.protocol.messages import (
-    describe_world,
     Episode,
     Notice,
     Policy,
@@ -20,6 +19,7 @@ from comply_ros.protocol.messages import (
     Values,
 )
 from comply_ros.protocol.run_view import LearningCurve, MAX_POINTS, RunReports, RunView, STATE_MAPS
+from comply_ros.protocol.world_description import describe_world
 
 GRID = grid('..G', '...')
 HERE = describe_world(GRID, 'room', 7)
@@ -36,9 +36,9 @@ def progress(run, iteration, mean_return=0.0):
     return Progress(run, iteration, 0, 15, 100 * iteration, mean_return, 0.5, 1.0, False)
 
 
-def trust(values, run=7, width=3):
+def trust(values, run=7):
     """Return a `Trust`."""
-    return Trust(run, width, 2, array('f', values))
+    return Trust(run, array('f', values))
 
 
 @pytest.fixture
@@ -102,22 +102,21 @@ def test_messages_of_another_run_change_nothing(view):
     view.changed.clear()
     view.receive('trust', trust([0.9] * 6, run=8))
     view.receive('progress', progress(8, 1))
-    view.receive('mentor_policy', Policy(8, 3, 2, array('b', [0] * 6)))
+    view.receive('mentor_policy', Policy(8, array('h', [0] * 6)))
     reports = view.reports
     assert view.changed == set()
     assert reports.trust is reports.progress is reports.mentor_policy is None
 
 
 @pytest.mark.parametrize('topic, msg, text', [
-    ('trust', trust([0.5] * 5), 'trust must have 3 x 2 states, got 5 of 3 x 2'),
-    ('trust', trust([0.5] * 6, width=2), 'trust must have 3 x 2 states, got 6 of 2 x 2'),
+    ('trust', trust([0.5] * 5), 'trust must have the 6 states of the world, got 5'),
     ('trust', trust([0.5] * 5 + [float('nan')]), 'trust must lie in [0, 1], got nan'),
     ('trust', trust([1.5] * 6), 'trust must lie in [0, 1], got 1.5'),
-    ('values', Values(7, 3, 2, array('d', [float('inf')] * 6)),
+    ('values', Values(7, array('d', [float('inf')] * 6)),
      'values must be finite numbers, got inf'),
-    ('mentor_policy', Policy(7, 3, 2, array('b', [0] + [-1] * 5)),
+    ('mentor_policy', Policy(7, array('h', [0] + [-1] * 5)),
      "mentor_policy: an action must not leave the grid, got '<' in state 0"),
-    ('policy', Policy(7, 3, 2, array('b', [4] + [-1] * 5)), 'policy: an action must be 0 left')])
+    ('policy', Policy(7, array('h', [4] + [-1] * 5)), 'policy: an action must be 0 left')])
 def test_a_map_that_cannot_be_of_this_world_is_rejected_and_removed(view, topic, msg, text):
     rejected, = view.receive(topic, msg)
     assert rejected.reason.startswith(text)
@@ -125,7 +124,7 @@ def test_a_map_that_cannot_be_of_this_world_is_rejected_and_removed(view, topic,
 
 
 def test_maps_are_arrays_of_their_type(view):
-    view.receive('mentor_policy', Policy(7, 3, 2, array('b', [1, 1, 3, 1, 1, -1])))
+    view.receive('mentor_policy', Policy(7, array('h', [1, 1, 3, 1, 1, -1])))
     assert view.reports.mentor_policy.dtype == np.int8
     view.receive('trust', trust([0.5] * 6))
     assert view.reports.trust.dtype == np.float32

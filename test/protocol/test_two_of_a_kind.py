@@ -259,12 +259,12 @@ def test_a_world_does_not_answer_itself_or_the_run_that_it_replaced():
 
 
 def test_a_world_that_is_answered_does_not_argue_for_ever(monkeypatch):
-    world, read, read_grid = room_world(), [], grid_world.grid_from_description
+    world, read, read_grid = room_world(), [], grid_world.world_from_description
 
     def read_and_note(msg):
         read.append(msg)
         return read_grid(msg)
-    monkeypatch.setattr(grid_world, 'grid_from_description', read_and_note)
+    monkeypatch.setattr(grid_world, 'world_from_description', read_and_note)
     world.on_action(Action(RUN, 1, 0, 1, False, 0.0, 5))
     outputs = [world.on_world(ROOM_MSG._replace(run=8), 0.5) for _ in range(MOST_ANSWERS + 5)]
     assert [len(each) for each in outputs] == [2] * MOST_ANSWERS + [0] * 5

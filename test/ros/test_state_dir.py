@@ -211,7 +211,7 @@ def test_the_state_of_format_1_ends_a_node_with_one_line_and_is_left_untouched(
     assert done.returncode == 2
     assert one_line(done, name) == (
         f'{name}: {tmp_path}/{name}.snapshot was written by an older version of comply_ros '
-        f'(format 1; this one reads format 2): give another state_dir, or move {name}.* away to '
+        f'(format 1; this one reads format 3): give another state_dir, or move {name}.* away to '
         'start anew')
     assert contents(tmp_path) == before
 

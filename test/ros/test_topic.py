@@ -45,8 +45,9 @@ def test_echo_shows_latched_messages_as_yaml(running):
     assert done.returncode == 0
     msg, = (each for each in yaml.safe_load_all(done.stdout) if each)
     grid = read_map('bar_grid', 'published')
-    assert (msg['rows'], msg['sha256']) == (list(grid.rows), grid.sha256)
-    assert msg['starts'] == list(grid.starts)
+    assert (msg['grid']['rows'], msg['sha256']) == (list(grid.rows), grid.sha256)
+    assert msg['starts'] == list(grid.starts) and msg['protocol'] == 2
+    assert msg['header']['frame_id'] == '' and msg['header']['stamp']['sec'] > 10 ** 9
 
 
 def test_echo_cuts_long_arrays_unless_full_length_is_given(tmp_path):

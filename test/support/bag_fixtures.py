@@ -21,7 +21,9 @@ from comply_ros.protocol.mentor import Mentor
 from comply_ros.protocol.messages import (
     Action,
     Episode,
+    INNER_TUPLES,
     LearnerDescription,
+    NANOSECONDS,
     Policy,
     Progress,
     Recommendation,
@@ -33,7 +35,33 @@ from comply_ros.storage.map_files import read_map
 from comply_ros.world.mdp import World
 
 DEFINITIONS = {f'comply_msgs/msg/{path.stem}': path.read_text()
-               for path in (Path(__file__).parents[2] / 'msg_defs' / 'msg').glob('*.msg')}
+               for path in (Path(__file__).parents[2] / 'msg_defs' / 'msg').glob('*.msg')} | {
+    'builtin_interfaces/msg/Time': 'int32 sec\nuint32 nanosec\n',
+    'std_msgs/msg/Header': 'builtin_interfaces/Time stamp\nstring frame_id\n'}
+# The messages of version 0.1.0, whose protocol has the number 1.
+OLD_DEFINITIONS = {f'comply_msgs/msg/{name}': text.replace(', ', '\n') for name, text in {
+    'WorldDescription': 'uint32 run, float64 began, string name, uint32 width, uint32 height, '
+    'string[] rows, uint32[] starts, float64 step_reward, float64 obstacle_reward, '
+    'float64 goal_reward, float64 intended, uint32 step_limit, bool slips_bump, string sha256, '
+    'uint32 replaces',
+    'StateReward': 'uint32 run, uint32 episode, uint32 step, uint32 state, float64 reward, '
+    'bool terminated, bool truncated, uint32 learner',
+    'Recommendation': 'uint32 run, uint32 episode, uint32 step, uint32 state, int8 action',
+    'Action': 'uint32 run, uint32 episode, uint32 step, int8 action, bool followed, '
+    'float64 confidence, uint32 learner, int8 advice, uint64 turns',
+    'Episode': 'uint32 run, uint32 episode, uint32 steps, float64 total_reward, bool terminated, '
+    'bool truncated',
+    'Progress': 'uint32 run, uint32 iteration, uint32 iterations, uint32 episodes, uint64 steps, '
+    'float64 mean_return, float64 confidence, float64 temperature, bool finished',
+    'Trust': 'uint32 run, uint32 width, uint32 height, float32[] confidence',
+    'Policy': 'uint32 run, uint32 width, uint32 height, int8[] action',
+    'Values': 'uint32 run, uint32 width, uint32 height, float64[] value',
+    'LearnerDescription': 'uint32 run, uint32 learner, uint64 turns, string method, '
+    'string settings, uint64 seed, bool remembers_advice, string digest'}.items()}
+TIME = 'builtin_interfaces/msg/Time'
+ARRAYS = {'starts': np.uint32, 'confidence': np.float32, 'action': np.int16, 'first': np.uint32,
+          'successor': np.uint32, 'terminal': np.uint32, 'probability': np.float64,
+          'reward': np.float64, 'positions': np.float64, 'available': np.bool_}
 TOPICS = {StateReward: 'state', Recommendation: 'recommendation', Action: 'action',
           Episode: 'episode', Progress: 'progress'}
 
@@ -52,7 +80,7 @@ class SimulatedRun:
         self._start()
         while not self.learner.finished:
             self._step()
-        self._publish('trust', Trust(run, self.grid.width, self.grid.height, confidence_map(
+        self._publish('trust', Trust(run, confidence_map(
             self.config, self.learner.state, self.learner.advice())))
         self.digest = self.learner.state.digest()
         self._describe_learner(self.digest)
@@ -65,8 +93,7 @@ class SimulatedRun:
         self._describe_learner()
         policy = noisy_policy(World(self.grid), 0.3, np.random.default_rng(0))
         self.mentor.use(policy)
-        self._publish('mentor_policy', Policy(description.run, self.grid.width, self.grid.height,
-                                              policy.tolist()))
+        self._publish('mentor_policy', Policy(description.run, policy.tolist()))
 
     def _describe_learner(self, digest=''):
         self._publish('method', LearnerDescription(
@@ -91,13 +118,14 @@ class SimulatedRun:
         self.messages.append((topic, msg))
 
 
-def write_bag(path, messages, storage='mcap', namespace='', chunk=200):
+def write_bag(path, messages, storage='mcap', namespace='', chunk=200, definitions=DEFINITIONS):
     """Write messages to a bag, so many in a chunk of an MCAP file; return its path."""
-    bag = BagWriter(path, DEFINITIONS, storage)
+    bag = BagWriter(path, definitions, storage)
+    store = types(tuple(definitions.items()))
     for topic in TOPIC_TYPES:
         bag.add(f'{namespace}/{topic}', message_type(topic))
     for number, (topic, msg) in zip(count(1), messages):
-        bag.write(f'{namespace}/{topic}', 10 ** 18 + number, serialize(topic, msg))
+        bag.write(f'{namespace}/{topic}', 10 ** 18 + number, serialize(store, topic, msg))
         if number % chunk == 0:
             bag.flush()
     bag.close()
@@ -105,19 +133,49 @@ def write_bag(path, messages, storage='mcap', namespace='', chunk=200):
 
 
 @cache
-def types():
-    """Return the types of all messages, parsed once in a process."""
-    store = get_typestore(Stores.EMPTY)
-    for name, text in DEFINITIONS.items():
-        store.register(get_types_from_msg(text, name))
+def types(definitions):
+    """Return the types of messages by (name, definition), parsed once in a process."""
+    store, found = get_typestore(Stores.EMPTY), {}
+    for name, text in definitions:
+        found.update(get_types_from_msg(text, name))
+    store.register(found)
     return store
 
 
-def serialize(topic, msg):
+def serialize(store, topic, msg):
     """Return the bytes of a message."""
-    store, name = types(), message_type(topic)
-    arrays = {'starts': np.uint32, 'confidence': np.float32, 'action': np.int8}
-    values = {field: np.array(value, arrays[field]) if field in arrays and np.ndim(value)
-              else list(value) if type(value) is tuple else value
-              for field, value in msg._asdict().items()}
-    return store.serialize_cdr(store.types[name](**values), name)
+    name = message_type(topic)
+    if 'std_msgs/msg/Header' not in store.types:
+        return store.serialize_cdr(to_old_message(store, name, msg), name)
+    header = store.types['std_msgs/msg/Header'](store.types[TIME](5, 6), '')
+    return store.serialize_cdr(to_message(store, name, msg, header=header), name)
+
+
+def to_old_message(store, name, msg):
+    """Return a message of version 0.1.0 with what a tuple says."""
+    facts = msg._asdict()
+    if 'grid' in facts:
+        facts |= facts['grid']._asdict()
+    facts |= {'turns': facts.get('observation_count'), 'width': 11, 'height': 11, 'slips': True}
+    fields = [field for field, _ in store.fielddefs[name][1]]
+    values = {field: facts[field] for field in fields}
+    kinds = {**ARRAYS, 'action': np.int8}
+    return store.types[name](**{
+        field: np.array(value, kinds[field]) if field in kinds and np.ndim(value) else
+        list(value) if type(value) is tuple else float(value) if field == 'began' else value
+        for field, value in values.items()})
+
+
+def to_message(store, name, msg, **more):
+    """Return a message of a type with the fields of a tuple."""
+    values = {}
+    for field, value in msg._asdict().items():
+        if field in INNER_TUPLES:
+            kind = f'comply_msgs/msg/{INNER_TUPLES[field].__name__}'
+            value = to_message(store, kind, value)
+        elif field == 'began':
+            value = store.types[TIME](*divmod(value, NANOSECONDS))
+        elif field in ARRAYS and np.ndim(value):
+            value = np.array(value, ARRAYS[field])
+        values[field] = list(value) if type(value) is tuple else value
+    return store.types[name](**values, **more)

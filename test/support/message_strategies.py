@@ -15,13 +15,13 @@ from hypothesis import strategies as st
 
 from comply_ros.protocol.messages import (
     Action,
-    describe_world,
     Episode,
     Progress,
     Recommendation,
     StateReward,
     WorldDescription,
 )
+from comply_ros.protocol.world_description import describe_world
 from comply_ros.world.grid import Grid
 
 FAR = 1_000_000  # episodes ahead, which no test comes to
@@ -30,7 +30,7 @@ odd = st.sampled_from([float('nan'), float('inf'), float('-inf')])
 numbers = st.one_of(odd, st.floats())
 naturals = st.one_of(st.sampled_from([0, 1, LARGEST // 2, LARGEST - 1]),
                      st.integers(0, LARGEST - 1))
-bytes_ = st.integers(-128, 127)
+int16s = st.integers(-2 ** 15, 2 ** 15 - 1)
 sizes = st.sampled_from([0, 1, 2, 3, 5, 9, 11, 20, 50, 99, 200, 100_000])  # a huge one is rare
 texts = st.one_of(st.sampled_from(['', '..G', '[/red]', 'x' * 10_000]), st.text(
     st.characters(exclude_categories=['Cs'], exclude_characters='\0'), max_size=20))
@@ -74,14 +74,14 @@ states = st.one_of(
     replaced({'step': st.integers(100_000, LARGEST - 1)}),
     then(ahead, replaced({'step': st.integers(0, 9), 'learner': naturals})),
     then(another_run, replaced({'step': st.integers(0, 9)})))
-wild_advice = replaced({'state': naturals, 'action': bytes_})
-unknown = st.one_of(st.integers(-128, -2), st.integers(4, 127))
+wild_advice = replaced({'state': naturals, 'action': int16s})
+unknown = st.one_of(st.integers(-2 ** 15, -2), st.integers(4, 2 ** 15 - 1))
 advice = st.one_of(
     then(wild_advice, another_run), another_run, ahead, then(wild_advice, ahead),
-    replaced({'state': st.integers(100_000, LARGEST - 1), 'action': bytes_}),
+    replaced({'state': st.integers(100_000, LARGEST - 1), 'action': int16s}),
     replaced({'action': unknown}),
-    then(past, replaced({'episode': st.just(0), 'state': naturals, 'action': bytes_})))
-wild_action = replaced({'action': bytes_, 'followed': st.booleans(), 'confidence': numbers,
+    then(past, replaced({'episode': st.just(0), 'state': naturals, 'action': int16s})))
+wild_action = replaced({'action': int16s, 'followed': st.booleans(), 'confidence': numbers,
                         'learner': naturals})
 actions = st.one_of(
     then(wild_action, another_run), another_run, ahead, then(wild_action, ahead), past,
@@ -92,20 +92,35 @@ actions = st.one_of(
 def rival(k):
     """Return a function from a world to a complete one of another run and name."""
     tiny = Grid(('.G', '..'), (0,), -1.0, -5.0, 10.0, 0.9, 20 + k % 9)
-    began = (0.0, -1e300, 1e300)[k % 3]
+    began = (0, -2 ** 31 * 10 ** 9, 2 ** 31 * 10 ** 9 - 1)[k % 3]
     return lambda msg: describe_world(tiny, f'rival {k}', msg.run ^ (1 + k), began)
 
 
+def replaced_in(part, fields):
+    """Draw functions that replace fields of a tuple in a message, such as the grid of a world."""
+    return st.fixed_dictionaries(fields).map(lambda values: lambda msg: msg._replace(
+        **{part: getattr(msg, part)._replace(**values)}))
+
+
 spoiled_world = st.one_of(
-    replaced({'rows': st.lists(texts, max_size=4).map(tuple)}),
-    replaced({'rows': sizes.map(lambda n: ('.' * n,) * min(n, 1000))}),
+    replaced_in('grid', {'rows': st.lists(texts, max_size=4).map(tuple)}),
+    replaced_in('grid', {'rows': sizes.map(lambda n: ('.' * n,) * min(n, 1000))}),
     replaced({'starts': st.lists(naturals, max_size=4).map(tuple)}),
     replaced({'starts': sizes.map(lambda n: array('I', range(n + 1)))}),
-    replaced({'width': st.just(0)}),
-    replaced({'intended': odd}), replaced({'goal_reward': odd}), replaced({'began': odd}),
-    replaced({'step_reward': odd}), replaced({'obstacle_reward': odd}),
-    replaced({'step_limit': st.sampled_from([0, LARGEST - 1])}), flipped('slips_bump'),
-    replaced({'sha256': texts}), replaced({'name': sizes.map(lambda n: 'x' * (n + 256))}))
+    replaced({'states': st.sampled_from([0, LARGEST - 1])}),
+    replaced({'protocol': st.sampled_from([0, 1, 3, 65535])}),
+    replaced({'model': st.sampled_from([0, 2, 3, 255])}),
+    replaced({'actions': st.lists(texts, max_size=4).map(tuple)}),
+    replaced({'cells': st.lists(texts, min_size=1, max_size=4).map(tuple)}),
+    replaced({'positions': sizes.map(lambda n: array('d', [0.5] * (n + 1)))}),
+    replaced_in('table', {'first': sizes.map(lambda n: array('I', range(n + 1)))}),
+    *[replaced_in('grid', {name: odd}) for name in (
+        'intended', 'goal_reward', 'step_reward', 'obstacle_reward')],
+    replaced({'step_limit': st.sampled_from([0, LARGEST - 1])}),
+    st.just(lambda msg: msg._replace(
+        grid=msg.grid._replace(slips_bump=not msg.grid.slips_bump))),
+    replaced({'sha256': texts.filter(bool)}),
+    replaced({'name': sizes.map(lambda n: 'x' * (n + 256))}))
 worlds = st.one_of(
     then(spoiled_world, another_run), spoiled_world, st.integers(0, 50).map(rival),
     st.integers(0, 50).map(lambda k: lambda msg: rival(k)(msg)._replace(run=msg.run)))
@@ -124,9 +139,8 @@ episodes = st.one_of(another_run, replaced({'total_reward': numbers, 'steps': na
 GARBAGE = {WorldDescription: worlds, StateReward: states, Recommendation: advice, Action: actions,
            Episode: episodes, Progress: progress}
 policies = st.one_of(
-    replaced({'action': st.just([77] * 121)}), replaced({'action': st.just([-128] * 121)}),
-    replaced({'action': st.lists(bytes_, max_size=9)}),
-    replaced({'action': sizes.map(lambda n: array('b', bytes(122 + 10 * n)))}),
-    then(replaced({'action': st.lists(bytes_, max_size=121)}), another_run),
-    replaced({'width': naturals.filter(lambda n: n != 11)}))
-trusts = replaced({'confidence': st.lists(st.floats(width=32), max_size=9), 'width': naturals})
+    replaced({'action': st.just([77] * 121)}), replaced({'action': st.just([-2 ** 15] * 121)}),
+    replaced({'action': st.lists(int16s, max_size=9)}),
+    replaced({'action': sizes.map(lambda n: array('h', bytes(2 * (122 + 10 * n))))}),
+    then(replaced({'action': st.lists(int16s, max_size=121)}), another_run))
+trusts = replaced({'confidence': st.lists(st.floats(width=32), max_size=9)})

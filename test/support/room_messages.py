@@ -9,7 +9,8 @@ from tiny_worlds import grid
 from comply_ros.learner.presets import METHODS
 from comply_ros.protocol.learner import Learner
 from comply_ros.protocol.mentor import Mentor
-from comply_ros.protocol.messages import describe_world, Recommendation, StateReward
+from comply_ros.protocol.messages import Recommendation, StateReward
+from comply_ros.protocol.world_description import describe_world
 from comply_ros.world.grid import NO_ACTION, UP
 from comply_ros.world.mdp import World
 

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bags are read as they were written, by other libraries too, up to the last whole message."""
 
+from array import array
 import shutil
 import subprocess
 import sys
 
-from bag_fixtures import SimulatedRun, write_bag
+from bag_fixtures import OLD_DEFINITIONS, SimulatedRun, write_bag
 from mcap.reader import make_reader
 from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
@@ -17,6 +18,7 @@ from comply_ros.bags import replay
 from comply_ros.bags.bag_message import BagError
 from comply_ros.bags.bag_reader import Bag
 from comply_ros.bags.message_decoder import DecodedMessages
+from comply_ros.protocol.world_description import is_same_world
 
 STORAGES = {'mcap': '.mcap', 'sqlite3': '.db3'}
 
@@ -41,8 +43,12 @@ def recorded(bag):
 
 def listed(messages):
     """Return messages with lists for tuples, but for trust, which a bag has as float32."""
-    return [(topic, [list(each) if type(each) is tuple else each for each in msg])
-            for topic, msg in messages if topic != 'trust']
+    return [(topic, as_list(msg)) for topic, msg in messages if topic != 'trust']
+
+
+def as_list(value):
+    """Return a list of lists of anything with elements, and all else as it is."""
+    return list(map(as_list, value)) if isinstance(value, (tuple, list, array)) else value
 
 
 def file_of(bag):
@@ -84,6 +90,27 @@ def test_a_namespace_must_be_chosen_where_several_have_a_world(messages, tmp_pat
         DecodedMessages(Bag(tmp_path / 'bag'))
     assert listed(DecodedMessages(Bag(tmp_path / 'bag'), '/')) == listed(messages)
     assert listed(DecodedMessages(Bag(tmp_path / 'bag'), 'third/')) == listed(messages)
+
+
+def test_a_bag_of_version_0_1_0_is_read_and_replayed(messages, tmp_path, capsys):
+    old = write_bag(tmp_path / 'bag', messages, definitions=OLD_DEFINITIONS)
+    read = list(DecodedMessages(Bag(old)))
+    assert [topic for topic, _ in read] == [topic for topic, _ in messages]
+    assert [msg for topic, msg in read if topic != 'trust' and topic != 'world'] == [
+        msg for topic, msg in messages if topic != 'trust' and topic != 'world']
+    (_, world), (_, written) = read[0], messages[0]
+    assert world.sha256 == '' and is_same_world(world, written)
+    assert replay.main(['replay', str(old)]) == 0
+    assert ' actions' in capsys.readouterr().out
+
+
+def test_a_bag_of_an_unknown_version_is_rejected(messages, tmp_path):
+    text = OLD_DEFINITIONS['comply_msgs/msg/WorldDescription'].replace('slips_bump', 'slips')
+    strange = {**OLD_DEFINITIONS, 'comply_msgs/msg/WorldDescription': text}
+    bag = write_bag(tmp_path / 'bag', messages, definitions=strange)
+    with pytest.raises(BagError, match='comply_msgs/msg/WorldDescription must have the fields of '
+                       'protocol 2, or those of version 0.1.0; in the bag it has no protocol, '):
+        list(DecodedMessages(Bag(bag)))
 
 
 @pytest.mark.parametrize('share', range(0, 100, 4))

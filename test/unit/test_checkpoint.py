@@ -71,14 +71,14 @@ def test_other_bytes_are_an_error_of_one_line(content):
 
 
 @pytest.mark.parametrize('own, other, problem', [
-    (b'format 2', b'format 1', 'was written by an older version of comply_ros (format 1; this one '
-     'reads format 2)'),
-    (b'format 2', b'format 10', 'was written by a newer version of comply_ros (format 10; this '
-     'one reads format 2)'),
+    (b'format 3', b'format 1', 'was written by an older version of comply_ros (format 1; this one '
+     'reads format 3)'),
+    (b'format 3', b'format 10', 'was written by a newer version of comply_ros (format 10; this '
+     'one reads format 3)'),
     (b'algorithm 1', b'algorithm 0', 'was written by an older version of comply_ros (algorithm 0; '
      'this one reads algorithm 1), so its bits would differ'),
     (b'checkpoint', b'snapshot', "must begin with 'comply_ros checkpoint' and its versions, got "
-     "b'comply_ros snapshot, format 2, algorithm 1'")])
+     "b'comply_ros snapshot, format 3, algorithm 1'")])
 def test_a_checkpoint_with_another_header_is_rejected_with_the_reason(own, other, problem):
     assert own in HEADER
     with pytest.raises(CheckpointError) as error:

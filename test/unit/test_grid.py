@@ -2,6 +2,8 @@
 """A correct map is accepted; every rule has a tiny map that breaks it."""
 
 from dataclasses import replace
+import hashlib
+from struct import pack
 
 import pytest
 from tiny_worlds import grid
@@ -22,6 +24,15 @@ def test_equal_hashes_mean_equal_worlds():
     assert len(small.sha256) == 64
     assert small.sha256 != replace(small, step_reward=-1.5).sha256
     assert small.sha256 != replace(small, starts=(1,)).sha256
+
+
+def test_the_hash_is_that_of_the_bytes_that_the_documentation_names():
+    small = grid('#G.', '..#', starts=(0, 5), step=-0.5, obstacle=-2, goal=-0.0, intended=0.75)
+    content = (b'comply_ros grid 1\n' + pack('<4q', 3, 2, 2, 50)
+               + pack('<4d', -0.5, -2.0, 0.0, 0.75) + b'\1' + b'..##G.' + pack('<2q', 0, 5))
+    assert small.sha256 == hashlib.sha256(content).hexdigest()
+    assert replace(small, goal_reward=0.0).sha256 == small.sha256
+    assert replace(small, slips_bump=False).sha256 != small.sha256
 
 
 @pytest.mark.parametrize('rows, settings, message', [

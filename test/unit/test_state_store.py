@@ -179,7 +179,7 @@ def test_a_flipped_bit_is_an_error_of_one_line_or_costs_the_last_record(tmp_path
 
 
 @pytest.mark.parametrize('content', [
-    b'', b'\0' * 100, b'comply_ros checkpoint, format 2\n', random.Random(0).randbytes(99)])
+    b'', b'\0' * 100, b'comply_ros checkpoint, format 3\n', random.Random(0).randbytes(99)])
 def test_a_file_that_is_no_checkpoint_is_rejected_and_left_untouched(open_store, stored, content):
     (stored / 'learner.checkpoint').write_bytes(content)
     before = contents(stored)
@@ -214,7 +214,7 @@ def test_a_state_of_format_1_is_rejected_and_left_untouched(open_store, tmp_path
     before = contents(folder)
     assert rejected(open_store) == (
         f'{folder}/learner.snapshot was written by an older version of comply_ros (format 1; this '
-        'one reads format 2): give another state_dir, or move learner.* away to start anew')
+        'one reads format 3): give another state_dir, or move learner.* away to start anew')
     assert contents(folder) == before
 
 

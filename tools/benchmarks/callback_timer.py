@@ -37,8 +37,8 @@ class CallbackTimer:
         decoder, encoder = cdr.decoder, cdr.encoder
         setattr(cdr, 'decoder', lambda message, tuple_type: self._timed(
             f'decode {message.__name__}', decoder(message, tuple_type)))
-        setattr(cdr, 'encoder', lambda message: self._timed(
-            f'encode {message.__name__}', encoder(message)))
+        setattr(cdr, 'encoder', lambda message, clock: self._timed(
+            f'encode {message.__name__}', encoder(message, clock)))
         for owner, name in ACTOR_METHODS:
             setattr(owner, name, self._timed(f'actor {name}', getattr(owner, name)))
         setattr(ProtocolNode, 'respond', self._timed(
