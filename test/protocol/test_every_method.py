@@ -13,7 +13,7 @@ from comply_ros.learner.training import Training
 from comply_ros.protocol.grid_world import GridWorld
 from comply_ros.protocol.learner import Learner
 from comply_ros.protocol.mentor import Mentor
-from comply_ros.protocol.messages import describe_world
+from comply_ros.protocol.world_description import describe_world
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import optimal_policy
 

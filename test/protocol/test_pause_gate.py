@@ -23,7 +23,6 @@ from comply_ros.protocol.messages import (
     Recommendation,
     Rejected,
     StateReward,
-    WorldDescription,
 )
 from comply_ros.protocol.world_description import describe_world
 from comply_ros.world.mdp import World
@@ -350,4 +349,3 @@ def test_a_learner_whose_trust_ends_answers_the_observation_that_waited_for_advi
 
 def test_a_world_at_its_first_start_replaces_no_run():
     assert describe_world(ROOM, 'room', RUN).replaces == 0
-    assert WorldDescription._fields[-1] == 'replaces'
