@@ -209,8 +209,10 @@ def _number(value: float) -> str:
 
 
 def _messages(nodes: Iterable[NodeInterfaces]) -> Iterator[str]:
-    """Yield the text of the definition of every message on a topic."""
+    """Yield the text of the definition of every message on a topic, and of those in them."""
     kinds = {end.kind for node in nodes for end in (*node.publishers, *node.subscribers)}
+    kinds |= {f'comply_msgs/msg/{field.kind}' for kind in kinds if kind.startswith('comply_msgs')
+              for field in definitions(kind)[0].fields if field.kind[0].isupper()}
     for kind in sorted(kinds, key=lambda kind: kind.split('/')[-1]):
         if kind.startswith(DEFINED_HERE):
             definition, = definitions(kind)

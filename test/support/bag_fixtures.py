@@ -81,7 +81,7 @@ class SimulatedRun:
         while not self.learner.finished:
             self._step()
         self._publish('trust', Trust(run, confidence_map(
-            self.config, self.learner.state, self.learner.advice())))
+            self.config, self.learner.state, self.learner.advice()).tolist()))
         self.digest = self.learner.state.digest()
         self._describe_learner(self.digest)
 
