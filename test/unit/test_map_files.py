@@ -118,12 +118,12 @@ def test_a_map_that_needs_no_more_than_a_grid_has_is_a_grid():
     small = parse_map(SMALL, 'report')
     assert type(small) is Grid
     assert small.sha256 == (
-        '97f2182e0b2db596a10b7eaaa2176ddde65967e0adfdb8dcda6d234c4ac80fc3')
+        '8d186366555584ee120c1c8bd68236a87b99f50d169951a61d7da46f6f1232ad')
 
 
 @pytest.mark.parametrize('name, start', [
-    ('bar_grid', '98d65411e263'), ('free_grid', '5e1434c899dd'), ('maze', '0475fcb07c53'),
-    ('maze_as_run', '3bfe314374da')])
+    ('bar_grid', 'e42af7bb93f6'), ('free_grid', '757b6864edd4'), ('maze', '5b55dc0501b4'),
+    ('maze_as_run', 'a57e2d2c989b')])
 def test_the_maps_of_the_report_are_the_worlds_that_they_were(name, start):
     assert read_map(name, 'published').sha256.startswith(start)
 
