@@ -69,6 +69,7 @@ class RunMonitor(SafeParameterNode):
         self._pace: deque[tuple[float, int]] = deque(maxlen=RATE_ITERATIONS)
         self._topics: dict[str, Any] = {}
         self._iterations_before = 0
+        self._first_progress = 0.0
         self._subscribe(WORLD, self._on_world)
         self._subscribe(PROGRESS, self._on_progress)
         self._subscribe(MENTOR_POLICY, self._on_policy)
@@ -89,9 +90,14 @@ class RunMonitor(SafeParameterNode):
         return advice
 
     def seconds(self) -> float:
-        """Return the seconds since both the world and the mentor of the run were there."""
+        """
+        Return the seconds since both the world and the mentor of the run were there.
+
+        Since the world was there, if the mentor's policy came after the first iteration.
+        """
         run = self.progress[0].run
-        return time.monotonic() - max(self._worlds[run], self._advised[run])
+        begin = max(self._worlds[run], self._advised[run])
+        return time.monotonic() - (begin if begin <= self._first_progress else self._worlds[run])
 
     def rate(self) -> float | None:
         """Return the steps per second over the last iterations, None where that is too short."""
@@ -185,6 +191,8 @@ class RunMonitor(SafeParameterNode):
         done = len(self.progress)
         if msg.iteration != done + 1 or done and msg.steps <= self.progress[-1].steps:
             return
+        if self._run is None:
+            self._first_progress = time.monotonic()
         self._run = msg.run
         self.progress.append(msg)
         self._pace.append((time.monotonic(), msg.steps))
