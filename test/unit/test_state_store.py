@@ -219,7 +219,7 @@ def test_a_state_of_format_1_is_rejected_and_left_untouched(open_store, tmp_path
 
 
 @pytest.mark.parametrize('name, version, age, effect', [
-    ('FORMAT', 1, 'a newer', ''), ('FORMAT', 3, 'an older', ''),
+    ('FORMAT', 1, 'a newer', ''), ('FORMAT', 4, 'an older', ''),
     ('ALGORITHM', 2, 'an older', ', so its bits would differ')])
 def test_a_state_of_another_version_is_rejected_with_the_reason_and_left_untouched(
         open_store, stored, monkeypatch, name, version, age, effect):
