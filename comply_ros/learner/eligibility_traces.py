@@ -27,7 +27,7 @@ def propagate_along_traces(change: float, decay: float, floor: float, q: Array, 
     count, n_actions = 0, count_actions(actions)
     for i in range(1, trail[0] + 1):
         pair = trail[i]
-        s = pair // n_actions
+        s = pair >> 2 if n_actions == 4 else pair // n_actions  # a shift is faster
         a = pair - n_actions * s
         trace = traces[s, a]
         q[s, a] += change * trace
@@ -46,6 +46,6 @@ def clear_traces(traces: Array, trail: Array, actions: Actions) -> None:
     """Change traces and trail: nothing is eligible any more."""
     n_actions = count_actions(actions)
     for i in range(1, trail[0] + 1):
-        s = trail[i] // n_actions
+        s = trail[i] >> 2 if n_actions == 4 else trail[i] // n_actions
         traces[s, trail[i] - n_actions * s] = 0.0
     trail[0] = 0

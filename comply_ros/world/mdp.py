@@ -19,7 +19,12 @@ Source = Grid | Table | Spaces  # what a `World` can be made from
 
 
 class WorldArrays(NamedTuple):
-    """What kernels need of a `World`; arrays that it does not use have no elements."""
+    """
+    What kernels need of a `World`; arrays that it does not use have no elements.
+
+    has_table: one element for a table and none for a grid: a length that the compiler knows, so
+    that each has machine code of its own.
+    """
 
     successor: Any
     reward: Any
@@ -33,6 +38,7 @@ class WorldArrays(NamedTuple):
     intended: float
     step_limit: int
     actions: Actions
+    has_table: tuple[int, ...]
 
 
 class World:
@@ -177,7 +183,8 @@ class World:
         intended = float(self.grid.intended) if self.model == 'grid' else 1.0
         return WorldArrays(
             self.successor, self.reward, self.slips, *outcomes, self.terminal, self.starts,
-            intended, self.step_limit, actions_for_kernels(self.n_actions))
+            intended, self.step_limit, actions_for_kernels(self.n_actions),
+            (1,) if self.model == 'table' else ())
 
 
 def action_type(n_actions: int) -> DTypeLike:
@@ -195,7 +202,7 @@ def next_state(step: int, s: int, a: int, u: float,
     """
     if step < 0:
         return 0.0, first_state(u, world.starts), False, False
-    if len(world.first) > 0:
+    if len(world.has_table) > 0:
         k = drawn_outcome(s, a, u, world.first, world.probability, world.actions)
         r, s2 = world.outcome_reward[k], world.outcome[k]
     else:

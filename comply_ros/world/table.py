@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 import hashlib
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -160,37 +161,23 @@ class Table:
         MapError: as the class.
 
         """
-        states = len(transitions)
-        try:
-            rows = [_row(transitions[s]) for s in range(states)]
-        except KeyError as error:
-            raise MapError(f'the states must be numbered from 0 to {states - 1}, but there is no '
-                           f'state {error}') from None
+        rows = _rows(transitions)
         count = len(actions) if actions is not None else max(
             (a + 1 for row in rows for a in row), default=0)
-        for s, row in enumerate(rows):
-            for a in row:
-                if type(a) is not int or not 0 <= a < count:
-                    raise MapError(f'an action must lie in [0, {count - 1}], got {a!r} in state '
-                                   f'{s}')
-        ends, goes_on = _ends(rows, states)
+        _check_rows(rows, count)
+        ends, goes_on = _ends(rows)
         terminal = ends & ~goes_on
-        terminal[[s for s in starts if 0 <= s < states]] = False
-        needs_extra = bool((ends & ~terminal).any())
+        terminal[[s for s in starts if 0 <= s < len(rows)]] = False
         sizes, outcomes = [], []
         for s, row in enumerate(rows):
             for a in range(count):
-                merged: dict[tuple[int, float], float] = {}
-                for p, s2, r, done in () if terminal[s] else row.get(a, ()):
-                    if p:
-                        key = (states if done and not terminal[s2] else int(s2), float(r))
-                        merged[key] = merged.get(key, 0.0) + float(p)
+                merged = {} if terminal[s] else _merged(row.get(a, ()), terminal)
                 sizes.append(len(merged))
                 outcomes += [(s2, p, r) for (s2, r), p in merged.items()]
-        successor, probability, reward = np.array(outcomes, dtype=float).reshape(-1, 3).T
-        if needs_extra:
+        if (ends & ~terminal).any():  # the extra state
             sizes += count * [0]
             terminal = np.append(terminal, True)
+        successor, probability, reward = np.array(outcomes, dtype=float).reshape(-1, 3).T
         names = tuple(map(str, range(count) if actions is None else actions))
         return cls(names, np.concatenate(([0], np.cumsum(sizes, dtype=np.int64))),
                    successor.astype(np.int32), probability.copy(), reward.copy(), terminal,
@@ -201,24 +188,50 @@ def _int64(*numbers: int) -> bytes:
     return np.array(numbers, dtype='<i8').tobytes()
 
 
-def _row(row: Any) -> dict[int, Any]:
-    """Return `{action: outcomes}` of one state."""
-    return dict(row) if isinstance(row, Mapping) else dict(enumerate(row))
+def _rows(transitions: Transitions) -> list[dict[int, Any]]:
+    """Return `{action: outcomes}` of each state."""
+    states = len(transitions)
+    try:
+        rows = [transitions[s] for s in range(states)]
+    except KeyError as error:
+        raise MapError(f'the states must be numbered from 0 to {states - 1}, but there is no '
+                       f'state {error}') from None
+    return [dict(row) if isinstance(row, Mapping) else dict(enumerate(row)) for row in rows]
 
 
-def _ends(rows: Sequence[dict[int, Any]],
-          states: int) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Return whether an outcome ends in each state, and whether one leads there and goes on."""
-    ends, goes_on = np.zeros(states, dtype=bool), np.zeros(states, dtype=bool)
+def _check_rows(rows: Sequence[dict[int, Any]], n_actions: int) -> None:
     for s, row in enumerate(rows):
         for a, outcomes in row.items():
-            for p, s2, _, done in outcomes:
-                if not 0 <= s2 < states:
-                    raise MapError(f'an outcome must lead to a state in [0, {states - 1}], got '
+            if type(a) is not int or not 0 <= a < n_actions:
+                raise MapError(f'an action must lie in [0, {n_actions - 1}], got {a!r} in state '
+                               f'{s}')
+            for _, s2, _, _ in outcomes:
+                if not 0 <= s2 < len(rows):
+                    raise MapError(f'an outcome must lead to a state in [0, {len(rows) - 1}], got '
                                    f'{s2} in state {s}, action {a}')
-                if p:
-                    (ends if done else goes_on)[s2] |= done or s2 != s
+
+
+def _ends(rows: Sequence[dict[int, Any]]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return whether an outcome ends in each state, and whether one leads there and goes on."""
+    ends, goes_on = np.zeros(len(rows), dtype=bool), np.zeros(len(rows), dtype=bool)
+    for s, row in enumerate(rows):
+        for p, s2, _, done in chain.from_iterable(row.values()):
+            if p and done:
+                ends[s2] = True
+            elif p and s2 != s:
+                goes_on[s2] = True
     return ends, goes_on
+
+
+def _merged(outcomes: Sequence[tuple[float, int, float, bool]],
+            terminal: NDArray[np.bool_]) -> dict[tuple[int, float], float]:
+    """Return the probability of each (state, reward); the extra state comes after the last."""
+    merged: dict[tuple[int, float], float] = {}
+    for p, s2, r, done in outcomes:
+        if p:
+            key = (len(terminal) if done and not terminal[s2] else int(s2), float(r))
+            merged[key] = merged.get(key, 0.0) + float(p)
+    return merged
 
 
 def _check_arrays(table: Table) -> None:

@@ -125,6 +125,12 @@ def test_the_python_page_shows_a_training_with_the_same_digest_as_train(tmp_path
     assert json.loads((tmp_path / 'summary.json').read_text())['digest'] == digest
 
 
+def test_the_python_page_shows_a_training_in_a_table(tmp_path):
+    # The best is to run the machine until it is worn, and to stop then: V0 = 2 + V0 / 2
+    learned = float(run_python('docs/reference/python.md', 2, tmp_path))
+    assert learned == pytest.approx(4.0)
+
+
 def test_the_readme_is_short():
     assert len((TOP / 'README.md').read_text().splitlines()) <= 150
 

@@ -125,10 +125,10 @@ def test_the_mean_return_in_a_table_is_the_expected_one():
 
 
 def test_a_learner_crosses_a_frozen_lake_with_its_mentor():
-    world = World(frozen_lake())
-    learning = Training(world, optimal_policy(world), find_method('explicit', 'report'), 0)
-    returns = [learning.iterate().mean_return for _ in range(100)]
-    assert np.mean(returns[-50:]) > 0.5
+    world = World(frozen_lake(('SFFF', 'FHFH', 'FFFH', 'HFFG')))
+    learning = Training(world, optimal_policy(world), find_method('beta_implicit', 'published'), 0)
+    returns = [learning.iterate().mean_return for _ in range(60)]
+    assert np.mean(returns[-30:]) > 0.7  # without a mentor, 0.02
 
 
 def test_without_a_model_no_training_is_in_one_process():
