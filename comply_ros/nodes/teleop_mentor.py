@@ -33,6 +33,7 @@ PAINTING_KEYS = ('arrows  move the cursor', 'w a s d  paint', 'space  erase',
                  'tab  steer instead', *COMMON_KEYS)
 STEERING_NOTE = ("The robot waits for you in every step if the learner's remembers_advice is "
                  'false, otherwise only in states for which you have given no advice yet.')
+NO_GRID = 'The keys advise in grids only.'
 
 
 class TeleopMentorNode(HumanMentorNode):
@@ -76,8 +77,12 @@ class TeleopMentorNode(HumanMentorNode):
                   for line in wrapped(text, columns))][:max(0, rows - 3)]
         if self.policy is None:
             return head
+        world = self._known()[1]
+        if self._has_other_actions():
+            return head + wrapped(f'The world is no grid: it has {world.n_states} states and no '
+                                  'map to show. ' + NO_GRID, columns)
         robot, cursor = self.machine.robot, None if self.steering else self._cursor_state()
-        return head + map_lines(self._known()[1].grid, self.policy, self._confidence(),
+        return head + map_lines(world.grid, self.policy, self._confidence(),
                                 robot and robot.state, cursor, columns, rows - len(head),
                                 self._terminal.has_color)
 
@@ -94,6 +99,8 @@ class TeleopMentorNode(HumanMentorNode):
         elif key == 'x':
             self.spoil(0.1)
             return 'a tenth of the states has random advice now'
+        elif key in ACTIONS and self._has_other_actions():
+            return NO_GRID
         elif key in ACTIONS and self.steering:
             if not self.steer(ACTIONS[key]):
                 return 'the robot is not waiting for advice'
@@ -106,6 +113,11 @@ class TeleopMentorNode(HumanMentorNode):
             self.paint({self._cursor_state(): ACTIONS[key]})
             return 'erased' if key == ' ' else f'painted {DIRECTIONS[ACTIONS[key]]}'
         return ''
+
+    def _has_other_actions(self) -> bool:
+        """Whether there is a world whose actions are not those of the keys."""
+        world = self.machine.world
+        return world is not None and world.model != 'grid'
 
     def _cursor_state(self) -> int:
         """State under the cursor: that of the robot when painting began, then as moved."""
