@@ -60,4 +60,4 @@ def test_the_demo_teaches_in_the_map_of_the_name_that_was_given(
         client.subscribe(WORLD)
         worlds = client.received[WORLD.name]
         client.until(lambda: worlds, 'world')
-        assert tuple(worlds[0].rows) == ROWS
+        assert tuple(worlds[0].grid.rows) == ROWS
