@@ -91,7 +91,7 @@ def test_a_closed_pipe_ends_echo_although_no_message_follows(running):
     process = subprocess.Popen(tool_command('topic', 'echo', 'world'), cwd=ROOT, stdout=writer,
                                stderr=subprocess.PIPE, text=True)
     os.close(writer)
-    assert os.read(reader, 100).startswith(b'run: ')
+    assert os.read(reader, 100).startswith(b'header:')
     os.close(reader)
     errors = process.communicate(timeout=DEADLINE)[1]
     assert (process.returncode, errors) == (141, '')
