@@ -10,7 +10,6 @@ import sys
 from comply_ros.storage import kernel_cache
 from comply_ros.storage.kernel_cache import kernel_hash, KernelCache
 
-SUPPORT = Path(__file__).parents[1] / 'support'
 PROGRAM = ('import sys; {}; from comply_ros.numerics.jit import compiled;'
            'from comply_ros.learner.confidence import sigmoid; f = compiled(sigmoid);'
            'print(f(1.0), f is sigmoid)')
@@ -90,23 +89,25 @@ def test_a_cleared_cache_has_no_code_of_these_sources_and_all_of_others(tmp_path
 def test_the_next_process_uses_the_compiled_code_and_compiles_again_where_it_is_spoiled(
         tmp_path, monkeypatch):
     monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path))
-    program = (f'{WITH_CACHE}; from bar_grid_training import trained;'
-               'print(trained("sarsa", "report", iterations=1)[0].state.digest())')
+    program = (f'{WITH_CACHE}; from comply_ros.numerics.jit import run_compiled, specialized;'
+               'from comply_ros.learner.confidence import sigmoid;'
+               'print({}(sigmoid, 1.0){})')
 
-    def digest():
-        return subprocess.run([sys.executable, '-c', program], check=True, capture_output=True,
-                              text=True, cwd=SUPPORT).stdout
+    def results():
+        return [subprocess.run([sys.executable, '-c', program.format(*how)], check=True,
+                               capture_output=True, text=True).stdout
+                for how in (('run_compiled', ''), ('specialized', '(1.0)'))]
 
     def files():
         return {path: path.stat().st_mtime_ns for path in tmp_path.rglob('*.nb?')}
-    first, compiled = digest(), files()
+    first, compiled = results(), files()
     assert compiled
-    assert digest() == first
+    assert results() == first
     assert files() == compiled
     for content in (b'', b'spoiled'):
         for path in compiled:
             path.write_bytes(content)
-        assert digest() == first
+        assert results() == first
         assert all(path.stat().st_size > len(content) for path in files())
 
 

@@ -14,7 +14,7 @@ from waiting import DEADLINE, wait_until
 
 from tools import soak
 
-STEPS, AFTER = 50_000, 20_000  # a million, and 50,000, by hand: `scripts/soak`
+STEPS, AFTER = 30_000, 10_000  # a million, and 50,000, by hand: `scripts/soak`
 COMMAND = (sys.executable, '-m', 'tools.soak')
 
 
