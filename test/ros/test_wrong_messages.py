@@ -188,6 +188,7 @@ def test_every_node_tells_how_it_is(tmp_path, node, expected):
     with nodes(tmp_path, grid_world=(*SMALL, *keeps), mentor=MENTOR,
                learner=(*LEARNER, *keeps)) as started:
         assert digest_of(started['learner']) == expected
+
         def values_of(name):
             return {each.key: each.value for each in health[name].values}
         spin_until(node, lambda: len(health) == 3 and says(health, 'learner', 'has finished')()
