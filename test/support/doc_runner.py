@@ -18,7 +18,8 @@ from waiting import DEADLINE, wait_until
 TERMINAL = re.compile(r'# terminal (\d+)(: Ctrl-C)?$')
 SIZE = 50, 120  # rows and columns of a terminal
 ESCAPES = re.compile(r'\x1b(\[[0-?]*[ -/]*[@-~]|[()].|[=>78])')  # colours, cursor, modes
-REPEATED = 'scripts/topic echo'  # commands that are repeated until their output is right
+# Commands that are repeated until their output is right: a node may be found late.
+REPEATED = 'scripts/topic echo', 'scripts/topic list'
 
 
 class Block(NamedTuple):
