@@ -146,7 +146,7 @@ def survives(number: int, given: argparse.Namespace, killer: NodeKiller) -> bool
 
 def digest_in_process(options: TrainingOptions) -> str:
     """Digest of the same training in one process, undisturbed."""
-    world = World(options.grid)
+    world = World(options.source)
     policy = mentor_policy(options.spec, world, options.mentor_seed)
     training = Training(world, AdviceBudget(world, policy, options.budget, options.advising),
                         options.config, options.seed, options.initial)
