@@ -17,7 +17,7 @@ from comply_ros.numerics.rng import SEED_LIMIT
 from comply_ros.storage.learning_file import read_learning
 from comply_ros.storage.map_files import read_map
 from comply_ros.storage.mentor_cache import policy_of_file, read_mentor_spec
-from comply_ros.world.grid import Grid, MapError
+from comply_ros.world.grid import Grid
 from comply_ros.world.mdp import Source, World
 from comply_ros.world.spaces import Spaces
 from comply_ros.world.table import Table
@@ -51,14 +51,6 @@ class TrainingSpec:
     config: LearnerConfig
     spec: MentorSpec
     initial: Learned | None
-
-    @property
-    def grid(self) -> Grid:
-        """The map, if it is a grid; raises a MapError otherwise."""
-        if isinstance(self.source, Grid):
-            return self.source
-        raise MapError('what nodes learn in must be a grid, got map '
-                       f'{self.map_name!r}, which is none: use the command train')
 
 
 def spec_training(map_name: str | os.PathLike[str] | Source = 'maze',

@@ -64,7 +64,7 @@ def test_options_are_checked_and_resolved(tmp_path):
     config = options.config
     assert (config.trust_rate, config.iterations, config.episodes) == (0.2, 7, 15)
     assert options.settings == {'trust_rate': 0.2, 'iterations': 7}
-    assert options.grid == read_map('maze', 'report')
+    assert options.source == read_map('maze', 'report')
     assert (options.seed, options.out, options.spec.kind) == (5, tmp_path, 'snapshot')
 
 
