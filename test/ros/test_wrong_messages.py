@@ -114,8 +114,7 @@ def test_a_lesson_goes_on_while_somebody_starts_the_nodes_twice(tmp_path):
     argv = ('--map', 'bar_grid', '--mentor', 'noisy:0.3', '--iterations', '400',
             '--episodes', '1')
     with ExitStack() as stack:
-        learner = tmp_path / 'lesson' / 'learner.log'
-        waiting = subprocess.Popen([sys.executable, '-c', STARTS_TWICE, str(learner)])
+        waiting = subprocess.Popen([sys.executable, '-c', STARTS_TWICE])
         stack.callback(waiting.wait)
         stack.callback(waiting.terminate)
         result = lesson_summary(tmp_path / 'lesson', *argv)
@@ -123,12 +122,16 @@ def test_a_lesson_goes_on_while_somebody_starts_the_nodes_twice(tmp_path):
 
 
 STARTS_TWICE = """
-import pathlib, signal, sys, tempfile, time
-signal.signal(signal.SIGTERM, lambda *_: sys.exit())
+import signal, sys, tempfile
+import rclpy
 from comply_ros.nodes.node_processes import NodeProcess
-log = pathlib.Path(sys.argv[1])
-while not (log.exists() and 'starts to learn' in log.read_text()):
-    time.sleep(0.01)
+from comply_ros.nodes.topics import PROGRESS
+signal.signal(signal.SIGTERM, lambda *_: sys.exit())
+rclpy.init(signal_handler_options=rclpy.SignalHandlerOptions.NO)
+node, found = rclpy.create_node('observer'), []
+node.create_subscription(PROGRESS.message, PROGRESS.name, found.append, PROGRESS.qos)
+while not found:
+    rclpy.spin_once(node, timeout_sec=0.1)
 with tempfile.TemporaryDirectory() as folder:
     started = [NodeProcess(name, [], folder) for name in ('grid_world', 'learner')]
     try:
