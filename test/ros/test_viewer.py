@@ -32,13 +32,15 @@ def test_everything_is_shown_and_the_digest_is_the_same(tmp_path, node):
     seen = {view: received(node, view) for view in viewer_messages.VIEWS}
     trust, values, episodes, progress = (received(node, topic) for topic in (
         topics.TRUST, topics.VALUES, topics.EPISODE, topics.PROGRESS))
-    with nodes(tmp_path, viewer=VIEWER, grid_world=SMALL, mentor=MENTOR,
-               learner=LEARNER) as started:
-        assert digest_of(started['learner']) == trained(iterations=4)
-        spin_until(node, lambda: all(seen.values()) and len(progress) == 4 and len(episodes) >= 20
-                   and seen[viewer_messages.MENTOR][-1].markers[0].colors
-                   and seen[viewer_messages.MEAN_RETURN][-1].data == progress[-1].mean_return
-                   and shows(seen, trust, values), 'views of the last maps')
+    with nodes(tmp_path, viewer=VIEWER, grid_world=SMALL, mentor=MENTOR) as started:
+        wait_until(log_has(started['viewer'], 'shows world'), 'viewer')  # before there is much
+        with nodes(tmp_path / 'learner', learner=LEARNER) as learners:
+            assert digest_of(learners['learner']) == trained(iterations=4)
+            spin_until(node, lambda: all(seen.values()) and len(progress) == 4
+                       and len(episodes) >= 20
+                       and seen[viewer_messages.MENTOR][-1].markers[0].colors
+                       and seen[viewer_messages.MEAN_RETURN][-1].data == progress[-1].mean_return
+                       and shows(seen, trust, values), 'views of the last maps')
     world = World(read_map('bar_grid', 'published'))
     grid, policy = world.grid, mentor_policy(read_mentor_spec('noisy:0.3'), world, 0)
     shown = seen[viewer_messages.MAP][-1]
