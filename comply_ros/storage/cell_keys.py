@@ -116,6 +116,21 @@ def _edges(edges: Any) -> bool:
     return edges == 'bump'
 
 
+def read_rows(table: Mapping[str, Any]) -> list[str]:
+    """
+    Rows of a map, as texts.
+
+    Raises
+    ------
+    MapError: if they are something else.
+
+    """
+    rows = table.get('rows')
+    if not isinstance(rows, list) or not all(isinstance(row, str) for row in rows):
+        raise MapError(f"rows must be a list of texts such as '..#G', got {shown(rows)}")
+    return rows
+
+
 def read_walls(walls: Any) -> tuple[tuple[int, int, int, int], ...]:
     """
     Walls as (x, y, x2, y2) of their corners.

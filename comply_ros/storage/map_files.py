@@ -14,15 +14,15 @@ from comply_ros.storage.cell_keys import (
     read_chance,
     read_flag,
     read_real,
+    read_rows,
     read_whole,
 )
 from comply_ros.storage.file_system import PathError
 from comply_ros.storage.named_worlds import named_world
 from comply_ros.storage.nav2_maps import nav2_rows, nav2_state, read_nav2_map, read_points
 from comply_ros.storage.user_files import load_yaml, read_text, shown, YamlError
-from comply_ros.world.cell_rules import MOST_STEPS, STEPS_PER_STATE
 from comply_ros.world.cell_table import table_of
-from comply_ros.world.grid import FREE, Grid, MapError, OBSTACLE
+from comply_ros.world.grid import default_step_limit, FREE, Grid, MapError, OBSTACLE
 from comply_ros.world.table import Table
 
 REQUIRED_KEYS = ('intended', 'rewards', 'starts', 'rows')
@@ -119,14 +119,14 @@ def _world(table: dict[Any, Any], profile: str, folder: Path) -> Grid | Table:
     for key in REQUIRED_KEYS:
         if key not in table:
             raise MapError(f'a map needs the key {key!r}')
-    rows = _rows(table)
+    rows = read_rows(table)
     rewards = _rewards(table, profile)
     if {'edge', 'wall'} & set(rewards) or any(
             rewards.get(key, -1.0) >= 0 for key in ('step', 'obstacle')):
         return _cell_table(table, profile)
     step, obstacle, goal = _grid_rewards(rewards, rows)
     slips_bump = read_flag(table, 'slips_bump', True)
-    limit = min(STEPS_PER_STATE * sum(map(len, rows)), MOST_STEPS)
+    limit = default_step_limit(sum(map(len, rows)))
     return Grid(rows=tuple(rows), starts=_starts(table['starts'], rows),
                 step_reward=step, obstacle_reward=obstacle, goal_reward=goal,
                 intended=read_chance(table['intended'], 'intended'),
@@ -139,7 +139,7 @@ def _cell_table(table: dict[Any, Any], profile: str) -> Table:
     for key in ('rewards', 'rows'):
         if key not in table:
             raise MapError(f'a map needs the key {key!r}')
-    rows = _rows(table)
+    rows = read_rows(table)
     marked = marked_starts(rows)
     if ('starts' in table) == bool(marked):
         raise MapError('starts must be given either by the key or by cells S, got '
@@ -181,13 +181,6 @@ def _parse_table(text: str) -> dict[Any, Any]:
     if name not in map_names():
         raise MapError(f'extends must name one of {", ".join(map_names())}, got {shown(name)}')
     return {**_parse_table(_read_text(name)), **table}
-
-
-def _rows(table: dict[Any, Any]) -> list[str]:
-    rows = table['rows']
-    if not isinstance(rows, list) or not all(isinstance(row, str) for row in rows):
-        raise MapError(f"rows must be a list of texts such as '..#G', got {shown(rows)}")
-    return rows
 
 
 def _rewards(table: dict[Any, Any], profile: str) -> dict[str, float]:

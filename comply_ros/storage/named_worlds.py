@@ -4,9 +4,9 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from comply_ros.storage.cell_keys import read_chance, read_real, read_walls, read_whole
+from comply_ros.storage.cell_keys import read_chance, read_real, read_rows, read_walls, read_whole
 from comply_ros.storage.user_files import shown
-from comply_ros.world.grid import LARGEST_REWARD, MapError
+from comply_ros.world.grid import check_number, check_rows, check_step_limit, MapError
 from comply_ros.world.racetrack import racetrack_table
 from comply_ros.world.table import Table
 from comply_ros.world.taxi import taxi_table
@@ -32,36 +32,21 @@ def named_world(table: Mapping[str, Any]) -> Table:
     return build(table)
 
 
-def read_rows(table: Mapping[str, Any]) -> tuple[str, ...]:
-    """
-    Return the rows of a map, which are of the same length.
-
-    Raises
-    ------
-    MapError: if there are none, or they are something else.
-
-    """
-    rows = table.get('rows')
-    if not isinstance(rows, list) or not all(isinstance(row, str) for row in rows):
-        raise MapError(f"rows must be a list of texts such as '..#G', got {shown(rows)}")
-    if not rows or not rows[0]:
-        raise MapError('a map needs at least one row of cells, got none')
-    for number, row in enumerate(rows, 1):
-        if len(row) != len(rows[0]):
-            raise MapError('all rows must have the same length: '
-                           f'row {number} has {len(row)} cells, row 1 has {len(rows[0])}')
+def _rows(table: Mapping[str, Any]) -> tuple[str, ...]:
+    rows = read_rows(table)
+    check_rows(rows)
     return tuple(rows)
 
 
 def _taxi(table: Mapping[str, Any]) -> Table:
     rewards = _rewards(table, step=-1.0, deliver=20.0, wrong=-10.0)
-    return taxi_table(read_rows(table), read_walls(table.get('walls')), rewards['step'],
+    return taxi_table(_rows(table), read_walls(table.get('walls')), rewards['step'],
                       rewards['deliver'], rewards['wrong'], _step_limit(table))
 
 
 def _racetrack(table: Mapping[str, Any]) -> Table:
     return racetrack_table(
-        read_rows(table), _rewards(table, step=-1.0)['step'],
+        _rows(table), _rewards(table, step=-1.0)['step'],
         read_chance(table.get('noise', 0.1), 'noise'),
         read_whole(table.get('largest_speed', 4), 'largest_speed'), _step_limit(table))
 
@@ -73,9 +58,7 @@ def _rewards(table: Mapping[str, Any], **defaults: float) -> dict[str, float]:
     rewards = {**defaults,
                **{key: read_real(value, f'reward of {key}') for key, value in given.items()}}
     for key, reward in rewards.items():
-        if not abs(reward) <= LARGEST_REWARD:
-            raise MapError(f'reward of {key} must be a finite number of at most '
-                           f'{LARGEST_REWARD:.0f}, got {reward}')
+        check_number(f'reward of {key}', reward)
     return rewards
 
 
@@ -83,8 +66,7 @@ def _step_limit(table: Mapping[str, Any]) -> int | None:
     if 'step_limit' not in table:
         return None
     limit = read_whole(table['step_limit'], 'step_limit')
-    if not 1 <= limit <= 1_000_000:
-        raise MapError(f'step_limit must lie in [1, 1000000], got {limit}')
+    check_step_limit(limit)
     return limit
 
 

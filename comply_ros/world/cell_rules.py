@@ -8,7 +8,19 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from comply_ros.world.grid import FREE, LARGEST_REWARD, LARGEST_SIDE, MapError, OBSTACLE, STEPS
+from comply_ros.world.grid import (
+    CellRows,
+    check_number,
+    check_rows,
+    check_size,
+    check_step_limit,
+    default_step_limit,
+    FREE,
+    LARGEST_REWARD,
+    MapError,
+    OBSTACLE,
+    STEPS,
+)
 from comply_ros.world.wind import check_chances, Wind
 
 START = 'S'
@@ -19,8 +31,6 @@ STRAIGHT = ('left', 'right', 'down', 'up')  # in the order of `STEPS`
 DIAGONAL = {'down_left': (-1, -1), 'down_right': (1, -1), 'up_left': (-1, 1), 'up_right': (1, 1)}
 STAY = 'stay'
 OTHER, RIGHT_ANGLES = 'other', 'right_angles'
-MOST_STEPS = 1_000_000
-STEPS_PER_STATE = 10  # step limit of a map that gives none
 
 
 class Letter(NamedTuple):
@@ -41,7 +51,7 @@ class Letter(NamedTuple):
 
 
 @dataclass(frozen=True)
-class CellRules:
+class CellRules(CellRows):
     """
     A rectangular map; (0, 0) is the lower left cell, and (x, y) is state `y * width + x`.
 
@@ -76,7 +86,6 @@ class CellRules:
 
     """
 
-    rows: tuple[str, ...]
     starts: tuple[int, ...]
     legend: Mapping[str, Letter]
     step_reward: float
@@ -109,26 +118,11 @@ class CellRules:
             self.wind.check(self.width, self.height)
 
     @property
-    def width(self) -> int:
-        """Number of columns."""
-        return len(self.rows[0])
-
-    @property
-    def height(self) -> int:
-        """Number of rows."""
-        return len(self.rows)
-
-    @property
-    def cells(self) -> str:
-        """All cells in the order of the states: `cells[s]` is the character of state s."""
-        return ''.join(reversed(self.rows))
-
-    @property
     def limit(self) -> int:
         """The step limit, also where the map gives none."""
         if self.step_limit is not None:
             return self.step_limit
-        return min(STEPS_PER_STATE * self.width * self.height, MOST_STEPS)
+        return default_step_limit(self.width * self.height)
 
     def is_cell(self, letters: str | list[str]) -> NDArray[np.bool_]:
         """`found[s]`: whether the cell of state s is one of these characters."""
@@ -143,21 +137,9 @@ class CellRules:
 
 
 def _check_rows(rules: CellRules) -> None:
-    rows = rules.rows
-    if not rows or not rows[0]:
-        raise MapError('a map needs at least one row of cells, got none')
-    known = {*BUILT_IN, *rules.legend}
-    for number, row in enumerate(rows, 1):
-        if len(row) != len(rows[0]):
-            raise MapError('all rows must have the same length: '
-                           f'row {number} has {len(row)} cells, row 1 has {len(rows[0])}')
-        if not set(row) <= known:
-            column, cell = next((x, cell) for x, cell in enumerate(row, 1) if cell not in known)
-            raise MapError('a cell must be one of . # G S < > v ^ or a letter of the legend, '
-                           f'got {cell!r} in row {number}, column {column}')
-    if max(len(rows), len(rows[0])) > LARGEST_SIDE:
-        raise MapError(f'a map may have at most {LARGEST_SIDE} cells a side, '
-                       f'got {len(rows[0])} x {len(rows)}')
+    check_rows(rules.rows, {*BUILT_IN, *rules.legend},
+               '. # G S < > v ^ or a letter of the legend')
+    check_size(rules.rows)
     ends = [letter for letter, meaning in rules.legend.items() if meaning.ends]
     if not rules.continuing and not rules.is_cell(ends).any():
         raise MapError('a map needs at least one goal G, another cell that ends the episode, or '
@@ -170,9 +152,7 @@ def _check_rewards(rules: CellRules) -> None:
     rewards |= {f'the reward of {letter!r}': meaning.reward
                 for letter, meaning in rules.legend.items() if meaning.reward is not None}
     for name, reward in rewards.items():
-        if not abs(reward) <= LARGEST_REWARD:
-            raise MapError(f'{name} must be a finite number of at most {LARGEST_REWARD:.0f}, '
-                           f'got {reward}')
+        check_number(name, reward)
 
 
 def _check_moves(rules: CellRules) -> None:
@@ -180,8 +160,7 @@ def _check_moves(rules: CellRules) -> None:
         raise MapError(f'moves must be 4 or 8, got {rules.moves}')
     if not 0 < rules.intended <= 1:
         raise MapError(f'intended must lie in (0, 1], got {rules.intended}')
-    if not 1 <= rules.limit <= MOST_STEPS:
-        raise MapError(f'step_limit must lie in [1, {MOST_STEPS}], got {rules.limit}')
+    check_step_limit(rules.limit)
     if not 0 < rules.cell_size <= LARGEST_REWARD:
         raise MapError(f'cell_size must lie in (0, {LARGEST_REWARD:.0f}] metres, '
                        f'got {rules.cell_size}')

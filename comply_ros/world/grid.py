@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`Grid`: the cells, rewards and starts of a grid world, and the checks of its rules."""
 
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, InitVar
 from functools import cached_property
 import hashlib
@@ -20,6 +21,7 @@ STEPS = ((-1, 0), (1, 0), (0, -1), (0, 1))  # STEPS[action]: (dx, dy), x to the 
 
 LARGEST_SIDE = 4096
 LARGEST_REWARD = 1e6
+MOST_STEPS = 1_000_000  # of an episode
 
 
 class MapError(ValueError):
@@ -27,7 +29,29 @@ class MapError(ValueError):
 
 
 @dataclass(frozen=True)
-class Grid:
+class CellRows:
+    """What the cells of every rectangular map share; the rows are text, top row first."""
+
+    rows: tuple[str, ...]
+
+    @property
+    def width(self) -> int:
+        """Number of columns."""
+        return len(self.rows[0])
+
+    @property
+    def height(self) -> int:
+        """Number of rows."""
+        return len(self.rows)
+
+    @property
+    def cells(self) -> str:
+        """All cells in the order of the states: `cells[s]` is the character of state s."""
+        return ''.join(reversed(self.rows))
+
+
+@dataclass(frozen=True)
+class Grid(CellRows):
     """
     A rectangular grid world; a state is `y * width + x`, with (0, 0) at the lower left.
 
@@ -52,7 +76,6 @@ class Grid:
 
     """
 
-    rows: tuple[str, ...]
     starts: tuple[int, ...]
     step_reward: float
     obstacle_reward: float
@@ -63,7 +86,9 @@ class Grid:
     expected: InitVar[str | None] = None
 
     def __post_init__(self, expected: str | None) -> None:
-        _check_rows(self.rows)
+        check_rows(self.rows, CELLS, '. # G')
+        check_size(self.rows)
+        _check_goal(self.rows)
         _check_numbers(self)
         _check_starts(self)
         if expected not in (None, self.sha256):
@@ -74,21 +99,6 @@ class Grid:
             x, y = self.place(self.starts[unreachable[0]])
             raise MapError('the goal must be reachable from every start, '
                            f'but no way leads there from ({x}, {y})')
-
-    @property
-    def width(self) -> int:
-        """Number of columns."""
-        return len(self.rows[0])
-
-    @property
-    def height(self) -> int:
-        """Number of rows."""
-        return len(self.rows)
-
-    @property
-    def cells(self) -> str:
-        """All cells in the order of the states: `cells[s]` is the character of state s."""
-        return ''.join(reversed(self.rows))
 
     @cached_property
     def sha256(self) -> str:
@@ -119,37 +129,70 @@ class Grid:
         return s % self.width, s // self.width
 
 
-def _check_rows(rows: tuple[str, ...]) -> None:
+def check_rows(rows: Sequence[str], known: Collection[str] | None = None,
+               rule: str = '') -> None:
+    """
+    Return if rows are a rectangle of known cells.
+
+    known: the characters that a cell can be, None for any. rule: names them in the sentence.
+
+    Raises
+    ------
+    MapError: if there are no rows, their lengths differ, or a cell is not known.
+
+    """
     if not rows or not rows[0]:
         raise MapError('a map needs at least one row of cells, got none')
     for number, row in enumerate(rows, 1):
         if len(row) != len(rows[0]):
             raise MapError('all rows must have the same length: '
                            f'row {number} has {len(row)} cells, row 1 has {len(rows[0])}')
-        if not set(row) <= set(CELLS):
-            column, cell = next((x, cell) for x, cell in enumerate(row, 1) if cell not in CELLS)
-            raise MapError(f'a cell must be one of . # G, got {cell!r} '
+        if known is not None and not set(row) <= set(known):
+            column, cell = next((x, cell) for x, cell in enumerate(row, 1) if cell not in known)
+            raise MapError(f'a cell must be one of {rule}, got {cell!r} '
                            f'in row {number}, column {column}')
+
+
+def check_size(rows: Sequence[str]) -> None:
+    """Return if a map may be so large; raises MapError."""
     if max(len(rows), len(rows[0])) > LARGEST_SIDE:
         raise MapError(f'a map may have at most {LARGEST_SIDE} cells a side, '
                        f'got {len(rows[0])} x {len(rows)}')
+
+
+def check_number(name: str, value: float) -> None:
+    """Return if a reward, or another number of a map, is finite and not too large."""
+    if not abs(value) <= LARGEST_REWARD:
+        raise MapError(f'{name} must be a finite number of at most {LARGEST_REWARD:.0f}, '
+                       f'got {value}')
+
+
+def check_step_limit(step_limit: int) -> None:
+    """Return if episodes can have this limit; raises MapError."""
+    if not 1 <= step_limit <= MOST_STEPS:
+        raise MapError(f'step_limit must lie in [1, {MOST_STEPS}], got {step_limit}')
+
+
+def default_step_limit(states: int) -> int:
+    """Step limit of a map that gives none: ten times its states, and at most 1,000,000."""
+    return min(10 * states, MOST_STEPS)
+
+
+def _check_goal(rows: tuple[str, ...]) -> None:
     if not any(GOAL in row for row in rows):
         raise MapError('a map needs at least one goal G, got none')
 
 
 def _check_numbers(grid: Grid) -> None:
     for name in ('step_reward', 'obstacle_reward', 'goal_reward', 'intended'):
-        if not abs(getattr(grid, name)) <= LARGEST_REWARD:
-            raise MapError(f'{name} must be a finite number of at most {LARGEST_REWARD:.0f}, '
-                           f'got {getattr(grid, name)}')
+        check_number(name, getattr(grid, name))
     for name in ('step_reward', 'obstacle_reward'):
         if getattr(grid, name) >= 0:
             raise MapError(f'{name} must be below 0, or the best policy never arrives, '
                            f'got {getattr(grid, name)}')
     if not 0 < grid.intended <= 1:
         raise MapError(f'intended must lie in (0, 1], got {grid.intended}')
-    if not 1 <= grid.step_limit <= 1_000_000:
-        raise MapError(f'step_limit must lie in [1, 1000000], got {grid.step_limit}')
+    check_step_limit(grid.step_limit)
 
 
 def _check_starts(grid: Grid) -> None:

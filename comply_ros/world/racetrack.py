@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from comply_ros.world.cell_rules import MOST_STEPS, START, STEPS_PER_STATE
-from comply_ros.world.grid import FREE, MapError, OBSTACLE
+from comply_ros.world.cell_rules import START
+from comply_ros.world.grid import default_step_limit, FREE, MapError, OBSTACLE
 from comply_ros.world.table import Table
 
 FINISH = 'F'
@@ -68,7 +68,7 @@ def racetrack_table(rows: tuple[str, ...], step_reward: float = -1.0, noise: flo
                 probability += outcomes.values()
     terminal = np.repeat([cell == FINISH for cell in track.cells.values()], len(velocities))
     places = np.repeat(np.array(list(track.cells), dtype=float), len(velocities), axis=0)
-    limit = min(STEPS_PER_STATE * len(terminal), MOST_STEPS) if step_limit is None else step_limit
+    limit = default_step_limit(len(terminal)) if step_limit is None else step_limit
     return Table(
         actions=tuple(f'{ax:+d}{ay:+d}' for ax, ay in CHANGES),
         first=np.concatenate(([0], np.cumsum(count))).astype(np.int64),

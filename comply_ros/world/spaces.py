@@ -11,15 +11,29 @@ import hashlib
 import numpy as np
 from numpy.typing import NDArray
 
-from comply_ros.world.grid import MapError
+from comply_ros.world.grid import MapError, MOST_STEPS
 
 MOST_ACTIONS = 2 ** 15 - 1  # of int16
-MOST_STEPS = 1_000_000
 MOST_PAIRS = 2 ** 31 - 1  # states times actions
 
 
+class EqualByHash:
+    """Worlds with arrays: two of a kind are equal if their `sha256` are."""
+
+    @property
+    def sha256(self) -> str:
+        """SHA-256 (hex) of all that makes worlds differ."""
+        raise NotImplementedError
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, type(self)) and self.sha256 == other.sha256
+
+    def __hash__(self) -> int:
+        return hash(self.sha256)
+
+
 @dataclass(frozen=True, eq=False)
-class Spaces:
+class Spaces(EqualByHash):
     """
     The states and actions of a world without a model, such as a robot that learns as it acts.
 
@@ -55,12 +69,6 @@ class Spaces:
             raise MapError(f'available must be bool of shape {shape}, got {self.available.dtype} '
                            f'of shape {self.available.shape}')
 
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Spaces) and self.sha256 == other.sha256
-
-    def __hash__(self) -> int:
-        return hash(self.sha256)
-
     @cached_property
     def sha256(self) -> str:
         """
@@ -71,16 +79,24 @@ class Spaces:
         name in UTF-8; the number of states and the step limit (int64 each); then `available`, a
         byte (0 or 1) for each action of each state.
         """
-        sha = hashlib.sha256(b'comply_ros spaces 1\n')
-        sha.update(np.array(len(self.actions), dtype='<i8').tobytes())
-        for name in map(str.encode, self.actions):
-            sha.update(np.array(len(name), dtype='<i8').tobytes() + name)
-        sha.update(np.array((self.n_states, self.step_limit), dtype='<i8').tobytes())
+        sha = hashlib.sha256(b'comply_ros spaces 1\n' + action_bytes(self.actions))
+        sha.update(int64_bytes(self.n_states, self.step_limit))
         available = self.available
         if available is None:
             available = np.ones((self.n_states, len(self.actions)), dtype=bool)
         sha.update(available.astype('u1').tobytes())
         return sha.hexdigest()
+
+
+def int64_bytes(*numbers: int) -> bytes:
+    """Whole numbers as a hash takes them: int64, little-endian."""
+    return np.array(numbers, dtype='<i8').tobytes()
+
+
+def action_bytes(actions: Sequence[str]) -> bytes:
+    """Names of actions as a hash takes them: their number, then the size and bytes of each."""
+    names = [name.encode() for name in actions]
+    return int64_bytes(len(names)) + b''.join(int64_bytes(len(name)) + name for name in names)
 
 
 def validate_action_names(actions: Sequence[str]) -> None:

@@ -14,7 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from comply_ros.world.grid import LARGEST_REWARD, MapError
-from comply_ros.world.spaces import validate_action_names, validate_step_limit
+from comply_ros.world.spaces import (
+    action_bytes,
+    EqualByHash,
+    int64_bytes,
+    validate_action_names,
+    validate_step_limit,
+)
 
 MOST_STATES = 4096 ** 2
 TOLERANCE = 1e-9  # by which the probabilities of an action may miss 1
@@ -25,7 +31,7 @@ Transitions = Mapping[int, Mapping[int, Sequence[tuple[float, int, float, bool]]
 
 
 @dataclass(frozen=True, eq=False)
-class Table:
+class Table(EqualByHash):
     """
     A world with any states and actions: what each action can lead to, and how likely that is.
 
@@ -75,12 +81,6 @@ class Table:
             raise MapError('a state that can be reached must be terminal or have an action, but '
                            f'state {stuck[0]} has none')
 
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Table) and self.sha256 == other.sha256
-
-    def __hash__(self) -> int:
-        return hash(self.sha256)
-
     @property
     def n_states(self) -> int:
         """Number of states."""
@@ -125,17 +125,14 @@ class Table:
         `reward` (float64), `terminal` (a byte each, 0 or 1) and `starts` (int64), element by
         element. A reward of -0.0 counts as 0.0.
         """
-        sha = hashlib.sha256(b'comply_ros table 1\n')
-        names = [name.encode() for name in self.actions]
-        sha.update(_int64(len(names)))
-        for name in names:
-            sha.update(_int64(len(name)) + name)
-        sha.update(_int64(self.n_states, len(self.successor), len(self.starts), self.step_limit))
+        sha = hashlib.sha256(b'comply_ros table 1\n' + action_bytes(self.actions))
+        sha.update(int64_bytes(self.n_states, len(self.successor), len(self.starts),
+                               self.step_limit))
         for array, kind in ((self.first, '<i8'), (self.successor, '<i4'),
                             (self.probability, '<f8'), (self.reward + 0.0, '<f8'),
                             (self.terminal, 'u1')):
             sha.update(array.astype(kind).tobytes())
-        sha.update(_int64(*self.starts))
+        sha.update(int64_bytes(*self.starts))
         return sha.hexdigest()
 
     @classmethod
@@ -182,10 +179,6 @@ class Table:
         return cls(names, np.concatenate(([0], np.cumsum(sizes, dtype=np.int64))),
                    successor.astype(np.int32), probability.copy(), reward.copy(), terminal,
                    tuple(map(int, starts)), step_limit)
-
-
-def _int64(*numbers: int) -> bytes:
-    return np.array(numbers, dtype='<i8').tobytes()
 
 
 def _rows(transitions: Transitions) -> list[dict[int, Any]]:

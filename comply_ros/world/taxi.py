@@ -5,16 +5,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from comply_ros.world.cell_rules import (
-    BUILT_IN,
-    CellRules,
-    Letter,
-    MOST_STEPS,
-    STEPS_PER_STATE,
-    STRAIGHT,
-)
+from comply_ros.world.cell_rules import BUILT_IN, CellRules, Letter, STRAIGHT
 from comply_ros.world.cell_table import table_of
-from comply_ros.world.grid import FREE, MapError, OBSTACLE
+from comply_ros.world.grid import default_step_limit, FREE, MapError, OBSTACLE
 from comply_ros.world.table import Table
 
 ACTIONS = (*STRAIGHT, 'pick_up', 'drop_off')
@@ -54,8 +47,7 @@ def taxi_table(rows: tuple[str, ...], walls: tuple[tuple[int, int, int, int], ..
     states = len(move) * (count + 1) * count
     if states > MOST_STATES:
         raise MapError(f'a taxi may have at most {MOST_STATES} states, got {states}')
-    drives = [s for s, cell in enumerate(''.join(reversed(rows))) if cell != OBSTACLE]
-    starts = tuple((cell * (count + 1) + p) * count + d for cell in drives
+    starts = tuple((cell * (count + 1) + p) * count + d for cell in _any_cell(rows)
                    for p in range(count) for d in range(count) if p != d)
     terminal = np.zeros(states, dtype=bool)
     terminal[[(stops[d] * (count + 1) + d) * count + d for d in range(count)]] = True
@@ -70,7 +62,7 @@ def taxi_table(rows: tuple[str, ...], walls: tuple[tuple[int, int, int, int], ..
         successor=np.array([each[0] for each in made], dtype=np.int32),
         probability=np.ones(len(made)), reward=np.array([each[1] for each in made], dtype=float),
         terminal=terminal, starts=starts,
-        step_limit=min(STEPS_PER_STATE * states, MOST_STEPS) if step_limit is None else step_limit,
+        step_limit=default_step_limit(states) if step_limit is None else step_limit,
         positions=np.stack((s % width, s // width), axis=-1) + 0.5,
         cells=tuple(cells[cell] for cell in s))
 
