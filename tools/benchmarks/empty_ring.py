@@ -4,14 +4,14 @@
 from collections.abc import Callable, Sequence
 from pathlib import Path
 import sys
+import time
 from typing import Any
 
 import rclpy
 from rclpy.experimental import EventsExecutor
-from rclpy.publisher import Publisher
 from rclpy.signals import SignalHandlerOptions
 
-from comply_ros.nodes.topics import ACTION, RECOMMENDATION, STATE
+from comply_ros.nodes.topics import ACTION, decoder, reader, RECOMMENDATION, STATE, writer
 from comply_ros.terminal.interrupts import end_with_parent, interrupts, StopFlag
 from tools.benchmarks.step_times import StepTimes
 
@@ -20,25 +20,20 @@ SUBSCRIBES_AND_PUBLISHES = {'world': (ACTION, STATE), 'mentor': (STATE, RECOMMEN
 SPIN_TIMEOUT = 0.1  # seconds between checks for Ctrl-C
 
 
-def forward(publisher: Publisher, message: Any) -> Callable[[Any], None]:
-    """Return a callback that publishes the message with the run and step id that it received."""
-    publish = publisher.publish
-
-    def on_message(msg: Any) -> None:
-        message.run, message.episode, message.step = msg.run, msg.episode, msg.step
-        publish(message)
-    return on_message
+Values = Any  # one of the tuples of `protocol.messages`
 
 
-def count_up(publisher: Publisher, message: Any,
-             record: Callable[[], None]) -> Callable[[Any], None]:
-    """Return the callback of the world: it records the time and publishes the next step id."""
-    publish = publisher.publish
+def forward(publish: Callable[[Values], None], values: Values) -> Callable[[Values], None]:
+    """Return what publishes the values with the run and step id that it is called with."""
+    return lambda msg: publish(values._replace(run=msg.run, episode=msg.episode, step=msg.step))
 
-    def on_message(msg: Any) -> None:
+
+def count_up(publish: Callable[[Values], None], values: Values,
+             record: Callable[[], None]) -> Callable[[Values], None]:
+    """Return what the world does: record the time, and publish the next step id."""
+    def on_message(msg: Values) -> None:
         record()
-        message.run, message.episode, message.step = msg.run, msg.episode, msg.step + 1
-        publish(message)
+        publish(values._replace(run=msg.run, episode=msg.episode, step=msg.step + 1))
     return on_message
 
 
@@ -47,12 +42,18 @@ def spin(role: str, times: StepTimes, stop: StopFlag) -> None:
     source, target = SUBSCRIBES_AND_PUBLISHES[role]
     node = rclpy.create_node(role)
     publisher = node.create_publisher(target.message, target.name, target.qos)
-    message = target.message()
-    callback = (count_up(publisher, message, times.record) if role == 'world'
-                else forward(publisher, message))
-    node.create_subscription(source.message, source.name, callback, source.qos)
+    read = reader(source)
+    write = writer(target, time.time_ns)  # as the nodes do: rclpy would take several times as long
+
+    def publish(values: Values) -> None:
+        publisher.publish(write(values))
+    values = decoder(target)(target.message())
+    handle = (count_up(publish, values, times.record) if role == 'world'
+              else forward(publish, values))
+    node.create_subscription(source.message, source.name,
+                             lambda content: handle(read(content)), source.qos, raw=True)
     if role == 'world':
-        publisher.publish(message)
+        publish(values)
     executor = EventsExecutor()
     executor.add_node(node)
     while not stop.is_set():
