@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from comply_ros.world.grid import (
+    ACTION_NAMES,
+    ARROWS,
     CellRows,
     check_number,
     check_rows,
@@ -24,10 +26,9 @@ from comply_ros.world.grid import (
 from comply_ros.world.wind import check_chances, Wind
 
 START = 'S'
-ONE_WAY = '<>v^'  # ONE_WAY[action]: a cell that is left by this move only
+ONE_WAY = ARROWS  # ONE_WAY[action]: a cell that is left by this move only
 BUILT_IN = (FREE, OBSTACLE, START, *ONE_WAY)  # cells that a legend cannot change
 TO_START = 'start'
-STRAIGHT = ('left', 'right', 'down', 'up')  # in the order of `STEPS`
 DIAGONAL = {'down_left': (-1, -1), 'down_right': (1, -1), 'up_left': (-1, 1), 'up_right': (1, 1)}
 STAY = 'stay'
 OTHER, RIGHT_ANGLES = 'other', 'right_angles'
@@ -131,7 +132,7 @@ class CellRules(CellRows):
 
     def steps(self) -> dict[str, tuple[int, int]]:
         """Return (dx, dy) of every action by its name."""
-        steps = dict(zip(STRAIGHT, STEPS, strict=True))
+        steps = dict(zip(ACTION_NAMES, STEPS, strict=True))
         return {**steps, **(DIAGONAL if self.moves == 8 else {}),
                 **({STAY: (0, 0)} if self.stay else {})}
 

@@ -14,11 +14,10 @@ from comply_ros.world.cell_rules import (
     OTHER,
     RIGHT_ANGLES,
     STAY,
-    STRAIGHT,
     TO_START,
 )
 from comply_ros.world.cell_walk import BUMPED_EDGE, BUMPED_NOT, CellWalk, States
-from comply_ros.world.grid import MapError, OBSTACLE
+from comply_ros.world.grid import ACTION_NAMES, MapError, OBSTACLE
 from comply_ros.world.reachability import can_reach
 from comply_ros.world.table import Table
 
@@ -198,7 +197,7 @@ class _CellMoves:
         """Whether a move exists in the cells: one-way cells, edges."""
         rules = self._rules
         found = np.ones(len(s), dtype=bool)
-        for arrow, only in zip(ONE_WAY, STRAIGHT, strict=True):
+        for arrow, only in zip(ONE_WAY, ACTION_NAMES, strict=True):
             if step != (0, 0) and name != only:
                 found &= ~self._one_way[arrow][s]
         if not rules.edges_bump:

@@ -5,12 +5,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from comply_ros.world.cell_rules import BUILT_IN, CellRules, Letter, STRAIGHT
+from comply_ros.world.cell_rules import BUILT_IN, CellRules, Letter
 from comply_ros.world.cell_table import table_of
-from comply_ros.world.grid import default_step_limit, FREE, MapError, OBSTACLE
+from comply_ros.world.grid import ACTION_NAMES, default_step_limit, FREE, MapError, OBSTACLE
 from comply_ros.world.table import Table
 
-ACTIONS = (*STRAIGHT, 'pick_up', 'drop_off')
+ACTIONS = (*ACTION_NAMES, 'pick_up', 'drop_off')
 MOST_STATES = 200_000
 
 Outcome = tuple[int, float]  # successor, reward
@@ -95,7 +95,7 @@ def _driving(rows: tuple[str, ...], walls: tuple[tuple[int, int, int, int], ...]
         edge_reward=0.0, wall_reward=0.0, edges_bump=True, walls=walls, continuing=True))
     move = np.full(len(table.first) - 1, -1)
     move[np.diff(table.first) > 0] = table.successor
-    return move.reshape(-1, len(STRAIGHT))
+    return move.reshape(-1, len(ACTION_NAMES))
 
 
 def _any_cell(rows: tuple[str, ...]) -> tuple[int, ...]:
