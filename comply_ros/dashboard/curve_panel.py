@@ -102,7 +102,8 @@ def bounds(returns: list[float], references: list[float]) -> tuple[float, float]
 def _axis(name: str, low: float, high: float, location: str, gap: int, grid_lines: bool) -> dict:
     return {'type': 'value', 'minInterval': 1, 'min': low, 'max': high,
             'name': name, 'nameLocation': location, 'nameGap': gap,
-            'nameTextStyle': {'color': GREY}, 'axisLabel': {'color': GREY},
+            'nameTextStyle': {'color': GREY},
+            'axisLabel': {'color': GREY, 'hideOverlap': True},
             'axisLine': {'show': not grid_lines, 'onZero': False, 'lineStyle': {'color': GREY}},
             'splitLine': {'show': grid_lines, 'lineStyle': {'color': GREY, 'opacity': 0.2}}}
 
