@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What tests share: kernels plain and compiled, and a ROS domain of its own for each test."""
 
+import signal
+
 import pytest
 from ros_domain import own_domain
 
@@ -8,6 +10,8 @@ from comply_ros.numerics.jit import compiled
 from comply_ros.storage.kernel_cache import use_kernel_cache
 
 use_kernel_cache()
+# Started in the background of a shell, this process ignores Ctrl-C, and so would all that it starts.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(params=['plain', 'compiled'])

@@ -7,6 +7,8 @@ import shutil
 import subprocess
 import sys
 
+import pytest
+
 from comply_ros.storage import kernel_cache
 from comply_ros.storage.kernel_cache import kernel_hash, KernelCache
 
@@ -86,6 +88,7 @@ def test_a_cleared_cache_has_no_code_of_these_sources_and_all_of_others(tmp_path
     assert list(folder.parent.iterdir()) == [other]
 
 
+@pytest.mark.long
 def test_the_next_process_uses_the_compiled_code_and_compiles_again_where_it_is_spoiled(
         tmp_path, monkeypatch):
     monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path))

@@ -196,6 +196,7 @@ def test_a_mistake_is_one_line_and_exit_code_2(capsys, argv, message):
     assert err.count('\n') == 1
 
 
+@pytest.mark.long
 def test_memory_stays_flat():
     process = started(written(seeds=250, iterations=1))
     wait_for_rows('runs/a.csv', 500, process)
@@ -232,6 +233,7 @@ OTHER_MAP = """{intended: 0.9, step_limit: 40, rewards: {step: -1, goal: 9},
 starts: anywhere, rows: [ROW]}"""
 
 
+@pytest.mark.long
 def test_workers_in_another_folder_learn_in_the_map_of_the_sweep(
         scheduler, tmp_path, monkeypatch):
     """The workers stand in another folder, with other files of the same names, or with none."""
@@ -277,6 +279,7 @@ def test_ctrl_c_ends_a_sweep_on_a_cluster(scheduler):
     assert 'Traceback' not in err
 
 
+@pytest.mark.long
 def test_a_lost_cluster_is_one_sentence():
     from distributed import LocalCluster
     with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address='127.0.0.1:0',

@@ -225,6 +225,7 @@ def benchmark(*arguments):
 
 # The others take longest: `scripts/test search` measures them too.
 @pytest.mark.parametrize('section', SECTIONS if SEARCH else ['loop', 'start'])
+@pytest.mark.long
 def test_every_section_is_measured_shown_and_written(section, tmp_path, domain):
     done = benchmark('--quick', '--rounds', '1', '--only', section, '--out', str(tmp_path))
     assert done.returncode == 0, done.stderr

@@ -15,6 +15,7 @@ KILLS = os.environ.get('CHAOS_KILLS', '10')
 pytestmark = pytest.mark.usefixtures('domain')
 
 
+@pytest.mark.long
 def test_the_digest_is_the_same_however_often_and_whenever_nodes_are_killed(tmp_path):
     done = subprocess.run(
         [sys.executable, '-m', 'tools.chaos', '--kills', KILLS, '--seed', '4',
@@ -30,6 +31,7 @@ def test_the_digest_is_the_same_however_often_and_whenever_nodes_are_killed(tmp_
     assert done.stderr.count('kill -9') == total
 
 
+@pytest.mark.long
 def test_a_digest_that_differs_is_reported(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(chaos, 'digest_in_process', lambda options: 'f' * 64)
     monkeypatch.setattr(chaos, 'LESSONS', chaos.LESSONS[-1:])

@@ -185,6 +185,7 @@ def digest_after_change(tmp_path, ask, kills, **changes):
 @pytest.mark.parametrize('changes', [
     {'learning_rate': 0.25, 'discount': 0.9}, {'trust': 'scheduled', 'confidence': 0.2},
     {'trace_decay': 0.6, 'remembers_advice': False, 'advice_timeout': 30.0}], ids=str)
+@pytest.mark.long
 def test_a_change_of_parameters_survives_a_kill(tmp_path, expected, changes):
     found = []
     for kills in (False, True):

@@ -94,6 +94,7 @@ def assert_told_once(started, flood):
 
 
 @pytest.mark.usefixtures('domain')
+@pytest.mark.long
 def test_ten_thousand_messages_of_garbage_leave_the_digest_and_every_node(
         tmp_path, context, expected):
     with nodes(tmp_path, grid_world=('-p', 'map:=bar_grid', '-p', 'seed:=3', '-p', 'rate:=100.0'),

@@ -43,10 +43,11 @@ def summary_of(folder):
 
 @pytest.mark.parametrize('argv', [
     ('--mentor', 'noisy:0.3', '--from', '{}'),
-    ('--mentor', 'noisy:0.3', '--from', '{}', '--method', 'vanishing'),
-    ('--mentor', 'none', '--from', '{}', '--set', 'learns=false'),
-    ('--mentor', 'learned:{}', '--method', 'explicit'),
-    ('--mentor', 'learned:{}@0.5', '--method', 'policy_shaping', '--budget', '20')])
+    *(pytest.param(argv, marks=pytest.mark.long) for argv in (
+        ('--mentor', 'noisy:0.3', '--from', '{}', '--method', 'vanishing'),
+        ('--mentor', 'none', '--from', '{}', '--set', 'learns=false'),
+        ('--mentor', 'learned:{}', '--method', 'explicit'),
+        ('--mentor', 'learned:{}@0.5', '--method', 'policy_shaping', '--budget', '20')))])
 def test_a_lesson_gives_the_bits_of_train_and_the_same_file(tmp_path, file, argv):
     argv = [*SMALL, *(each.format(file) for each in argv)]
     assert train.main(['train', *argv, '--out', str(tmp_path / 'train')]) == 0

@@ -18,16 +18,14 @@ from comply_ros.nodes.node_processes import START
 
 pytestmark = pytest.mark.usefixtures('domain')
 
-# Iterations that make at least 5,000 steps on `maze` with half a mentor: one row of each kind.
-LONG = {'watkins': 2, 'beta_implicit': 2}
 GOLDEN = golden_digests('lesson')
-AS_THE_TEXT_SAYS = ('sarsa_lambda', 'explicit')  # test/protocol has all methods, in one process
 SMALL = ('--map', 'bar_grid', '--mentor', 'noisy:0.3', '--iterations', '3', '--episodes', '5')
 
 
-@pytest.mark.parametrize('method', LONG)
+@pytest.mark.parametrize('method', [
+    pytest.param('watkins', marks=pytest.mark.long), 'beta_implicit'])
 def test_lesson_gives_the_digest_of_train(tmp_path, method):
-    argv = ('--method', method, '--iterations', str(LONG[method]), '--mentor', 'snapshot:0.5',
+    argv = ('--method', method, '--iterations', '2', '--mentor', 'snapshot:0.5',
             '--seed', '3')
     expected = trained_summary(tmp_path / 'train', *argv)
     assert expected['steps'] >= 5_000
@@ -35,13 +33,15 @@ def test_lesson_gives_the_digest_of_train(tmp_path, method):
 
 
 @pytest.mark.parametrize('method', ['q_learning', 'jump_start'])
+@pytest.mark.long
 def test_a_short_lesson_of_other_methods_gives_it_too(tmp_path, method):
     assert_equal_but_for_time(
         trained_summary(tmp_path / 'train', *SMALL, '--method', method),
         lesson_summary(tmp_path / 'lesson', *SMALL, '--method', method))
 
 
-@pytest.mark.parametrize('method', AS_THE_TEXT_SAYS)
+@pytest.mark.parametrize('method', [  # test/protocol has all methods, in one process
+    pytest.param('sarsa_lambda', marks=pytest.mark.long), 'explicit'])
 def test_lesson_gives_the_digest_of_train_as_the_text_says(tmp_path, method):
     argv = (*SMALL, '--method', method, '--profile', 'report', '--set', 'temperature=0.7')
     assert_equal_but_for_time(trained_summary(tmp_path / 'train', *argv),
@@ -49,8 +49,10 @@ def test_lesson_gives_the_digest_of_train_as_the_text_says(tmp_path, method):
 
 
 @pytest.mark.parametrize('argv', [
-    ('--mentor', 'noisy:0.3@0.4', '--map', 'maze_as_run'),
-    ('--budget', '20', '--advising', 'important'), ('--budget', '20', '--advising', 'mistakes')])
+    ('--budget', '20', '--advising', 'mistakes'), *(
+        pytest.param(argv, marks=pytest.mark.long) for argv in (
+            ('--mentor', 'noisy:0.3@0.4', '--map', 'maze_as_run'),
+            ('--budget', '20', '--advising', 'important')))])
 def test_a_mentor_with_little_advice_gives_the_same_over_topics(tmp_path, argv):
     argv = (*SMALL, *argv)
     assert_equal_but_for_time(trained_summary(tmp_path / 'train', *argv),
@@ -135,6 +137,7 @@ def test_a_second_lesson_on_the_same_topics_is_rejected(lesson, tmp_path):
     assert process.poll() is None  # the first one goes on
 
 
+@pytest.mark.long
 def test_a_namespace_allows_a_second_lesson(lesson, tmp_path):
     assert_equal_but_for_time(trained_summary(tmp_path / 'a', *SMALL),
                               lesson_summary(tmp_path / 'b', *SMALL, '--namespace', 'second'))

@@ -17,6 +17,7 @@ def is_stopped(pid):
 
 
 @pytest.mark.usefixtures('domain')
+@pytest.mark.long
 def test_a_lesson_stops_with_its_nodes_and_goes_on(tmp_path):
     with pty_session('--map', 'bar_grid', '--mentor', 'noisy:0.2', '--rate', '40',
                      '--iterations', '4', '--episodes', '5', '--out', str(tmp_path),

@@ -13,7 +13,8 @@ from comply_ros.nodes.parameters import ROS_PARAMETERS
 pytestmark = pytest.mark.usefixtures('domain')
 
 SMALL = ('-p', 'map:=bar_grid')
-STARTED = {'grid_world': SMALL, 'mentor': ('-p', 'mentor:=optimal'), 'learner': (), 'viewer': (),
+SLOW = (*SMALL, '-p', 'rate:=2.0')  # while others are looked at
+STARTED = {'grid_world': SLOW, 'mentor': ('-p', 'mentor:=optimal'), 'learner': (), 'viewer': (),
            'fault_injector': (), 'dashboard': ('-p', 'port:=0', '-p', 'teach:=false')}
 OVERRIDE = 'qos_overrides./progress.publisher.depth'
 
@@ -57,7 +58,7 @@ def test_debug_is_of_our_nodes_and_not_of_rcl_unless_it_is_asked_for(tmp_path):
 
 
 def test_quality_of_service_can_be_overridden_but_not_of_the_latched_loop(tmp_path):
-    with nodes(tmp_path, learner=('-p', f'{OVERRIDE}:=7'), grid_world=SMALL) as started:
+    with nodes(tmp_path, learner=('-p', f'{OVERRIDE}:=7'), grid_world=SLOW) as started:
         for node in started.values():
             wait_until(log_has(node, 'ready'), f'start of {node.name}')
         assert run_tool('param', 'get', '/learner', OVERRIDE).stdout == 'Integer value is: 7\n'

@@ -37,8 +37,9 @@ pytestmark = pytest.mark.usefixtures('domain')
 
 
 @pytest.mark.parametrize('order', [
-    ('grid_world', 'mentor', 'learner'), ('mentor', 'learner', 'grid_world'),
-    ('learner', 'grid_world', 'mentor')], ids='-'.join)
+    ('learner', 'grid_world', 'mentor'),
+    pytest.param(('grid_world', 'mentor', 'learner'), marks=pytest.mark.long),
+    pytest.param(('mentor', 'learner', 'grid_world'), marks=pytest.mark.long)], ids='-'.join)
 def test_nodes_start_in_any_order(tmp_path, expected, order):
     arguments = {'grid_world': SMALL, 'mentor': MENTOR, 'learner': LEARNER}
     with nodes(tmp_path, **{order[0]: arguments[order[0]]}) as first:
@@ -49,7 +50,9 @@ def test_nodes_start_in_any_order(tmp_path, expected, order):
                 assert digest_of({**first, **second, **third}['learner']) == expected
 
 
-@pytest.mark.parametrize('name', ['grid_world', 'mentor', 'learner'])
+@pytest.mark.parametrize('name', [
+    pytest.param('grid_world', marks=pytest.mark.long),
+    pytest.param('mentor', marks=pytest.mark.long), 'learner'])
 def test_ctrl_c_at_any_moment_ends_a_node_cleanly(tmp_path, name):
     moments = random.Random(name).sample(range(0, 1500), 5)
     for number, milliseconds in enumerate(sorted(moments)):
@@ -70,7 +73,8 @@ def catches_ctrl_c(pid):
     return caught and int(caught[1], 16) & (1 << (signal.SIGTERM - 1))
 
 
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize('number', [
+    signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.long)])
 def test_nodes_end_cleanly_in_the_middle_of_the_learning(tmp_path, node, number):
     actions = received(node, topics.ACTION)
     with nodes(tmp_path, grid_world=SMALL, mentor=MENTOR,
@@ -158,6 +162,7 @@ def test_a_node_that_waits_logs_for_what(tmp_path, name, what):
         assert wait_until(log_has(started[name], what), what)
 
 
+@pytest.mark.long
 def test_a_world_that_comes_back_while_its_mentor_is_generated_gets_advice(tmp_path, monkeypatch):
     monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path / 'cache'))
     with nodes(tmp_path, mentor=('-p', 'mentor:=snapshot:0.999')) as started:

@@ -73,6 +73,7 @@ def test_a_recorder_that_is_killed_leaves_what_it_received(tmp_path):
     assert 'read up to the last complete message' in replayed.stderr, replayed.stderr
 
 
+@pytest.mark.long
 def test_parameters_that_change_and_a_reset_while_it_learns_are_replayed(tmp_path):
     bag, sizes = tmp_path / 'bag' / 'bag.mcap', []
 
@@ -93,6 +94,7 @@ def test_parameters_that_change_and_a_reset_while_it_learns_are_replayed(tmp_pat
     assert replayed.stdout.count('verified: learner ') == 2
 
 
+@pytest.mark.long
 def test_what_the_viewer_shows_is_recorded_and_replay_ignores_it(tmp_path):
     bag = tmp_path / 'bag'
     with recorded(tmp_path, '-p', 'iterations:=0', rate=20.0) as started, nodes(

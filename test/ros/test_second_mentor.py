@@ -23,6 +23,7 @@ HUMAN = ('-p', 'port:=0', '-p', 'teach:=true')
 
 @pytest.mark.parametrize('name, arguments, respawn', [
     ('mentor', ('-p', 'mentor:=random'), ()), ('dashboard', HUMAN, ('--respawn',))])
+@pytest.mark.long
 def test_a_lesson_says_that_another_mentor_speaks(tmp_path, name, arguments, respawn):
     folder, output = tmp_path / 'lesson', tmp_path / 'output'
     with output.open('w') as file:

@@ -75,7 +75,7 @@ def differences(node, namespace, names=NODES):
     return found
 
 
-@pytest.fixture(params=['/', '/second'])
+@pytest.fixture(params=['/', pytest.param('/second', marks=pytest.mark.long)])
 def namespace(request, domain, tmp_path):
     """Run the five nodes in a namespace, and return the namespace."""
     lesson = subprocess.Popen(

@@ -247,6 +247,7 @@ def clone() -> Iterator[Path]:
         yield clone
 
 
+@pytest.mark.long
 def test_a_set_up_that_was_interrupted_is_done_again(clone):
     with (clone / 'requirements' / 'python.txt').open('a') as file:
         file.write('# changed\n')
@@ -289,6 +290,7 @@ def test_a_source_that_is_older_than_the_build_or_deleted_is_noticed(clone):
     assert run(clone, '-c', SHOW).stderr == ''
 
 
+@pytest.mark.long
 def test_nothing_is_deleted_while_a_program_runs_from_it(clone):
     requirements, library = clone / 'requirements' / 'python.txt', clone / '.venv' / 'library.so'
     library.write_bytes(b'as loaded')
@@ -317,6 +319,7 @@ def test_nothing_is_deleted_while_a_program_runs_from_it(clone):
     assert '1/2' in run(clone, '-c', SHOW).stderr
 
 
+@pytest.mark.long
 def test_of_two_first_starts_at_the_same_time_one_sets_up(folder):
     clone = make_clone(folder / 'clone')
     both = [start(clone, '-c', SHOW) for _ in range(2)]

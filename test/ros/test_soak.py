@@ -31,6 +31,7 @@ def noisy(steps, leak=0.0):
 
 
 @pytest.mark.usefixtures('domain')
+@pytest.mark.long
 def test_no_node_grows_while_it_learns_with_a_state_dir(tmp_path, monkeypatch):
     monkeypatch.delenv('ROS_PYTHON_CHECK_FIELDS')
     done = subprocess.run(

@@ -27,6 +27,8 @@ MENTOR = ('-p', 'mentor:=noisy:0.3', '-p', 'budget:=40', '-p', 'advising:=mistak
 LEARNER = ('-p', 'seed:=3', '-p', 'iterations:=8', '-p', 'episodes:=6', '-p',
            'remembers_advice:=false')
 NAMES = ('grid_world', 'mentor', 'learner')
+ONE_OF_EACH = ('learner', *(pytest.param(name, marks=pytest.mark.long)
+                            for name in ('grid_world', 'mentor')))
 FULL, ROOM = 'pauses: state_dir', 'state_dir can be written again: continues'
 
 
@@ -79,7 +81,7 @@ def contents(folder):
             for path in folder.iterdir() if path.suffix != '.lock'}
 
 
-@pytest.mark.parametrize('name', NAMES)
+@pytest.mark.parametrize('name', ONE_OF_EACH)
 def test_a_node_whose_disk_is_full_pauses_and_goes_on_when_there_is_room(
         tmp_path, expected, name):
     with lesson(tmp_path) as started:
@@ -121,6 +123,7 @@ def tiny_disk(tmp_path):
     subprocess.run(['umount', '-l', str(folder)], check=True)
 
 
+@pytest.mark.long
 def test_a_learner_on_a_full_disk_goes_on_when_there_is_room_and_can_be_killed_there(
         tmp_path, expected, tiny_disk):
     with lesson(tmp_path, tiny_disk) as started:
@@ -133,7 +136,7 @@ def test_a_learner_on_a_full_disk_goes_on_when_there_is_room_and_can_be_killed_t
         assert digest_of(started['learner']) == expected
 
 
-@pytest.mark.parametrize('name', NAMES)
+@pytest.mark.parametrize('name', ONE_OF_EACH)
 def test_a_removed_folder_is_made_anew_and_can_be_continued(
         tmp_path, expected, name):
     with lesson(tmp_path) as started:

@@ -90,6 +90,7 @@ def test_it_goes_on_after_the_system_clock_was_set_back(lessons, what):
     running.wait_for_growth(what, before[what])
 
 
+@pytest.mark.long
 def test_time_stamps_follow_the_system_clock(lessons):
     """They show that the clock of the nodes was set back."""
     running, _ = lessons

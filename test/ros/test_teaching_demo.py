@@ -14,6 +14,7 @@ COMMAND = (sys.executable, '-m', 'comply_ros.dashboard.teaching_demo', '--map', 
            '--port', '0')
 
 
+@pytest.mark.long
 def test_a_second_demo_has_a_namespace_of_its_own(tmp_path):
     demo = subprocess.Popen([*COMMAND, '--namespace', 'two', '--out', str(tmp_path)],
                             stderr=subprocess.PIPE, text=True)

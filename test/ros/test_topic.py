@@ -7,31 +7,32 @@ import subprocess
 
 from node_processes import log_has, nodes, ROOT, run_tool, tool_command
 import pytest
+from ros_domain import own_domain
 from waiting import DEADLINE, wait_until
 import yaml
 
 from comply_ros.storage.map_files import read_map
 
-pytestmark = pytest.mark.usefixtures('domain')
 
-
-@pytest.fixture
-def running(tmp_path):
+@pytest.fixture(scope='module', autouse=True)
+def running(tmp_path_factory):
     """Run a world and a learner that never ends."""
-    with nodes(tmp_path, grid_world=('-p', 'map:=bar_grid'),
-               learner=('-p', 'method:=sarsa', '-p', 'iterations:=0')) as started:
+    with pytest.MonkeyPatch.context() as monkeypatch, own_domain(monkeypatch), \
+            nodes(tmp_path_factory.mktemp('nodes'),
+                  grid_world=('-p', 'map:=bar_grid', '-p', 'rate:=200.0'),
+                  learner=('-p', 'method:=sarsa', '-p', 'iterations:=0')) as started:
         wait_until(log_has(started['learner'], 'starts to learn'), 'learning')
         yield started
 
 
-def test_list_names_the_topics(running):
+def test_list_names_the_topics():
     ours = {'/world', '/state', '/action', '/episode', '/progress', '/trust', '/policy',
             '/values'}
     wait_until(lambda: ours <= set(run_tool('topic', 'list').stdout.split()), 'topics in the list')
     assert run_tool('topic', 'list').returncode == 0
 
 
-def test_info_shows_publishers_and_subscribers_with_their_qos(running):
+def test_info_shows_publishers_and_subscribers_with_their_qos():
     expected = ('Type: comply_msgs/msg/WorldDescription\n\n'
                 'Publisher count: 1\n  /grid_world: reliable, transient_local\n\n'
                 'Subscription count: 2\n  /grid_world: reliable, transient_local\n'
@@ -40,7 +41,7 @@ def test_info_shows_publishers_and_subscribers_with_their_qos(running):
     assert run_tool('topic', 'info', '/world').returncode == 0
 
 
-def test_echo_shows_latched_messages_as_yaml(running):
+def test_echo_shows_latched_messages_as_yaml():
     done = run_tool('topic', 'echo', '--once', 'world')
     assert done.returncode == 0
     msg, = (each for each in yaml.safe_load_all(done.stdout) if each)
@@ -50,7 +51,7 @@ def test_echo_shows_latched_messages_as_yaml(running):
     assert msg['header']['frame_id'] == '' and msg['header']['stamp']['sec'] > 10 ** 9
 
 
-def test_echo_cuts_long_arrays_unless_full_length_is_given(tmp_path):
+def test_echo_cuts_long_arrays_unless_full_length_is_given(tmp_path, domain):
     with nodes(tmp_path, grid_world=(), mentor=('-p', 'mentor:=none')) as started:
         wait_until(log_has(started['mentor'], 'advises'), 'policy')
         cut = run_tool('topic', 'echo', '--once', 'mentor_policy').stdout
@@ -59,7 +60,7 @@ def test_echo_cuts_long_arrays_unless_full_length_is_given(tmp_path):
         assert whole.count('- -1\n') == 1681
 
 
-def test_echo_ends_at_ctrl_c(running):
+def test_echo_ends_at_ctrl_c():
     process = subprocess.Popen(tool_command('topic', 'echo', 'episode'), cwd=ROOT,
                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     lines = [process.stdout.readline() for _ in range(20)]
@@ -69,7 +70,7 @@ def test_echo_ends_at_ctrl_c(running):
     assert any(line.startswith('total_reward: ') for line in lines)
 
 
-def test_hz_prints_messages_a_second(running):
+def test_hz_prints_messages_a_second():
     process = subprocess.Popen(tool_command('topic', 'hz', '/state'), cwd=ROOT,
                                stdout=subprocess.PIPE, text=True)
     line = process.stdout.readline()
@@ -86,7 +87,7 @@ def test_a_topic_that_does_not_exist_is_named():
                     done.stderr)
 
 
-def test_a_closed_pipe_ends_echo_although_no_message_follows(running):
+def test_a_closed_pipe_ends_echo_although_no_message_follows():
     reader, writer = os.pipe()
     process = subprocess.Popen(tool_command('topic', 'echo', 'world'), cwd=ROOT, stdout=writer,
                                stderr=subprocess.PIPE, text=True)

@@ -28,6 +28,7 @@ def folder(tmp_path):
     return tmp_path
 
 
+@pytest.mark.long
 def test_every_command_prints_what_the_page_says(domain, folder):
     # Another process may have the port of the page.
     with socket.create_server(('localhost', 0)) as free:

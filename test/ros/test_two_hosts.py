@@ -50,6 +50,7 @@ def counted_actions(folder):
 
 
 @needs_two_hosts
+@pytest.mark.long
 def test_a_lesson_goes_on_by_itself_after_the_cable_was_pulled(
         tmp_path, across_machines, expected):  # noqa: F811
     with two_hosts(tmp_path) as (here, there), \

@@ -28,6 +28,7 @@ TOP = Path(__file__).parents[2]
 VIEWER = ('-p', 'map_rate:=20.0', '-p', 'robot_rate:=50.0', '-p', 'cell_size:=0.5')
 
 
+@pytest.mark.long
 def test_everything_is_shown_and_the_digest_is_the_same(tmp_path, node):
     seen = {view: received(node, view) for view in viewer_messages.VIEWS}
     trust, values, episodes, progress = (received(node, topic) for topic in (

@@ -51,6 +51,7 @@ def says(table, name, words):
 
 
 @pytest.mark.parametrize('victim', ['grid_world', 'mentor', 'learner'])
+@pytest.mark.long
 def test_a_node_that_is_killed_again_and_again_and_started_by_hand_loses_nothing(
         tmp_path, node, victim):
     msg, moment = received(node, topics.ACTION), random.Random(victim)
@@ -69,6 +70,7 @@ def test_a_node_that_is_killed_again_and_again_and_started_by_hand_loses_nothing
             assert digest_of(learner) == trained(iterations=16)
 
 
+@pytest.mark.long
 def test_a_fifth_of_all_messages_lost_late_doubled_or_shuffled_changes_no_bit(tmp_path, expected):
     remaps = {name: ('-r', f'{topic}:={topic}/before') for name, topic in RELAYED.items()}
     faults = [word for name in FAULTS for word in ('-p', f'{name}:=0.2')]
@@ -85,6 +87,7 @@ def test_a_fifth_of_all_messages_lost_late_doubled_or_shuffled_changes_no_bit(tm
         assert all(int(count) > 10 for count, _ in counts)
 
 
+@pytest.mark.long
 def test_a_second_learner_stands_aside_and_the_first_one_keeps_the_run(tmp_path, node):
     msg = received(node, topics.ACTION)
     with nodes(tmp_path, grid_world=SLOW, mentor=MENTOR, learner=LONG) as started:

@@ -45,7 +45,7 @@ def test_a_bag_that_was_cut_off_is_drawn_as_far_as_it_was_read(messages, tmp_pat
 
 @pytest.mark.parametrize('missing, pictures', [
     ('progress', [ALL[0], ALL[2]]), ('episode', ALL[1:]), ('trust', ALL[:2]),
-    ('mentor_policy', ALL), ('method', ALL), ('state', ALL)])
+    ('method', ALL)])
 def test_a_picture_without_its_messages_is_not_drawn(messages, tmp_path, missing, pictures):
     bag = write_bag(tmp_path / 'bag', [each for each in messages if each[0] != missing])
     assert drawn(bag) == pictures
