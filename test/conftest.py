@@ -10,7 +10,7 @@ from comply_ros.numerics.jit import compiled
 from comply_ros.storage.kernel_cache import use_kernel_cache
 
 use_kernel_cache()
-# Started in the background of a shell, this process ignores Ctrl-C, and so would all that it starts.
+# Started in the background of a shell, this process and all that it starts would ignore Ctrl-C.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
