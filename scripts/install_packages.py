@@ -60,8 +60,8 @@ def main(arguments: list[str]) -> int:
     settings = kept_settings()
     inherited = {name: value for name, value in os.environ.items() if not name.startswith('PIP_')}
     pip = (*PIP, 'install', '-qq'), {**inherited, **for_pip(settings)}
-    uv = ((sys.executable, '-m', 'uv', 'pip', 'install', '--quiet', '--python', sys.executable),
-          {**inherited, **for_uv(settings)})
+    uv = ((sys.executable, '-m', 'uv', 'pip', 'install', '--quiet', '--compile-bytecode',
+           '--python', sys.executable), {**inherited, **for_uv(settings)})
 
     def install(tool, *options: str, **streams) -> int:
         command, variables = tool

@@ -259,10 +259,11 @@ def test_with_kills_at_any_moment_the_digest_is_that_of_the_compiled_loop(networ
 
 
 @pytest.mark.parametrize('name', ['explicit', 'head_start'])
-@pytest.mark.parametrize('source', [machine(), frozen_lake()], ids=['machine', 'lake'])
-def test_a_world_that_is_a_table_survives_kills_too(network, source, name):
+@pytest.mark.parametrize('source, episodes', [(machine(), 4), (frozen_lake(), 1)],
+                         ids=['machine', 'lake'])
+def test_a_world_that_is_a_table_survives_kills_too(network, source, episodes, name):
     policy = noisy_policy(World(source), 0.3, random_streams(8)[0])
-    config = replace(find_method(name, 'published'), episodes=2, iterations=2)
+    config = replace(find_method(name, 'published'), episodes=episodes, iterations=2)
     training = Training(World(source), policy, config, SEED)
     results = [training.iterate() for _ in range(2)]
     mortal = network(0.15, config, source, policy, SEED, random.Random(name)).run()

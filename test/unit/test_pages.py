@@ -103,12 +103,14 @@ def run_python(page: str, number: int, folder: Path) -> str:
     return done.stdout
 
 
-@pytest.mark.parametrize('page', ['README.md', 'docs/reference/python.md'])
+@pytest.mark.parametrize('page', [
+    'README.md', pytest.param('docs/reference/python.md', marks=pytest.mark.long)])
 def test_the_first_python_lines_of_a_page_train_a_learner(page, tmp_path):
     assert float(run_python(page, 0, tmp_path).split()[0]) > 0.0
     assert list((tmp_path / 'runs' / 'first').iterdir())
 
 
+@pytest.mark.long
 def test_the_page_on_learned_policies_shows_what_its_python_lines_print(tmp_path):
     printed = run_python('docs/how-to/learned.md', 0, tmp_path).split()
     text = ' '.join((DOCS / 'how-to' / 'learned.md').read_text().rpartition('```')[2].split())
@@ -117,6 +119,7 @@ def test_the_page_on_learned_policies_shows_what_its_python_lines_print(tmp_path
     assert [f'{float(each):.0f}' for each in printed[2:]] == shown[2:]
 
 
+@pytest.mark.long
 def test_the_python_page_shows_a_training_with_the_same_digest_as_train(tmp_path):
     *returns, digest = run_python('docs/reference/python.md', 1, tmp_path).split()
     assert len(returns) == 50
@@ -125,6 +128,7 @@ def test_the_python_page_shows_a_training_with_the_same_digest_as_train(tmp_path
     assert json.loads((tmp_path / 'summary.json').read_text())['digest'] == digest
 
 
+@pytest.mark.long
 def test_the_python_page_shows_a_training_in_a_table(tmp_path):
     # The best is to run the machine until it is worn, and to stop then: V0 = 2 + V0 / 2
     learned = float(run_python('docs/reference/python.md', 2, tmp_path))
