@@ -30,6 +30,7 @@ EXTRAS = {
     'dashboard': {'fastapi': 'fastapi', 'nicegui': 'nicegui', 'uvicorn': 'uvicorn'},
     'bags': {'rosbags': 'rosbags', 'mcap': 'mcap', 'lz4': 'lz4', 'zstandard': 'zstandard'},
     'cluster': {'distributed': 'distributed'},
+    'gym': {'gymnasium': 'gymnasium'},
 }
 # ROS packages that are imported, besides `comply_msgs`.
 ROS_PACKAGES = (

@@ -15,6 +15,7 @@ from comply_ros.nodes.node_processes import NodeProcess, parameter_arguments, ru
 from comply_ros.nodes.run_monitor import LessonFailed
 from comply_ros.storage.kernel_cache import use_kernel_cache
 from comply_ros.storage.map_files import map_names, read_map
+from comply_ros.storage.map_name import OTHER_MAPS
 from comply_ros.storage.run_files import OutputError, prepare_folder
 from comply_ros.terminal.command_line import CommandParser, whole_number
 from comply_ros.terminal.standard_output import standard_output
@@ -28,7 +29,7 @@ def option_parser() -> argparse.ArgumentParser:
         'demo --teach', description='Be the mentor of a learner, on a page in the browser.')
     add = parser.add_argument
     add('--map', default='maze', metavar='NAME|FILE',
-        help=f'{", ".join(map_names())}, or a map file (default: %(default)s)')
+        help=f'{", ".join(map_names())}, {OTHER_MAPS} (default: %(default)s)')
     add('--method', default='beta_implicit', choices=METHODS['published'], metavar='NAME',
         help=f'{", ".join(METHODS["published"])} (default: %(default)s)')
     add('--port', type=whole_number, default=8080, help='port of the page (default: %(default)s)')

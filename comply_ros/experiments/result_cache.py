@@ -20,6 +20,7 @@ from comply_ros.experiments.training_runs import (
     RunResult,
 )
 from comply_ros.storage.file_system import atomic_write
+from comply_ros.storage.map_name import file_stem
 from comply_ros.storage.mentor_cache import read_mentor_spec
 from comply_ros.storage.versions import ALGORITHM_VERSION, FORMAT_VERSION
 
@@ -104,7 +105,7 @@ class ResultCache:
         key = (grid, run.profile, run.method, settings, tuple(spec),
                run.mentor_seed, run.budget, run.advising, FORMAT_VERSION, ALGORITHM_VERSION)
         name = hashlib.sha256(repr(key).encode()).hexdigest()[:16]
-        return self.folder / f'{Path(run.map).stem}-{run.method}-{name}.npz'
+        return self.folder / f'{file_stem(run.map)}-{run.method}-{name}.npz'
 
     def _read(self, run: Run) -> CellData | None:
         path = self._path(run)

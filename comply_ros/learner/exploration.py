@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Choice of the next action: the advice, the softmax (2.24), or an action never tried."""
+"""Choice of the next action: the advice, the softmax (2.24), the best action, or a new one."""
 
 import math
 
@@ -25,8 +25,8 @@ def choose(s: int, advice: int, step: int, u_listen: float, u_act: float,
     """
     Return the action in state s, and the confidence p in the advice: (3.2), (3.7).
 
-    The advice is followed where u_listen < p. Otherwise the softmax (2.24) decides; with a head
-    start, an action never tried or the best action.
+    The advice is followed where u_listen < p. Otherwise the softmax (2.24) decides, or the best
+    action and chance (epsilon-greedy); with a head start, an action never tried or the best one.
 
     Parameters
     ----------
@@ -45,6 +45,9 @@ def choose(s: int, advice: int, step: int, u_listen: float, u_act: float,
         return greedy_or_untried_action(
             s, explores, u_act, state.q, state.visits, config.actions), p
     excluded = advice if config.excludes_refused and config.trust != NO_TRUST else -1
+    if config.epsilon > 0.0:
+        return epsilon_greedy_action(
+            s, excluded, u_act, config.epsilon, state.q, config.actions), p
     return softmax_action(
         s, excluded, u_act, state.temperature[0], state.q, config.actions), p
 
@@ -122,6 +125,35 @@ def softmax_action_of_many(s: int, excluded: int, u: float, temperature: float, 
         if x < sum_so_far:
             return a
     return last  # also where x is rounded up to the total
+
+
+@kernel
+def epsilon_greedy_action(s: int, excluded: int, u: float, epsilon: float, q: Array,
+                          actions: Actions) -> int:
+    """
+    Draw any action of state s with probability epsilon, else one of the best actions.
+
+    As in Sutton and Barto (2018), section 2.2: the best action can be drawn by chance too. The
+    excluded action (-1: none) is never drawn, except in a state with no other one.
+
+    u: uniform in [0, 1); actions of a kind are equally likely.
+    """
+    best, count, ties = max_q_except(s, excluded, q, actions), 0, 0
+    if best == NOTHING:
+        return excluded
+    for a in range(count_actions(actions)):
+        if a != excluded and q[s, a] > NOTHING:
+            count += 1
+            ties += int(q[s, a] == best)
+    by_chance = u < epsilon
+    pick = min(int(u / epsilon * count), count - 1) if by_chance else \
+        min(int((u - epsilon) / (1.0 - epsilon) * ties), ties - 1)
+    for a in range(count_actions(actions)):
+        if a != excluded and (q[s, a] > NOTHING if by_chance else q[s, a] == best):
+            if pick == 0:
+                return a
+            pick -= 1
+    return excluded
 
 
 @kernel

@@ -82,6 +82,8 @@ _ALONE = LearnerConfig(
     off_policy=True, initial_value=1.0, learning_rate=0.8, learning_rate_exponent=0.505,
     visit_growth=1 / 15, temperature=1.0, temperature_factor=0.98, temperature_floor=0.03,
     iterations=399)
+_TEXTBOOK = LearnerConfig(  # of Sutton and Barto (2018), example 6.6: 500 episodes
+    learning_rate=0.5, learning_rate_exponent=0.0, epsilon=0.1, iterations=100, episodes=5)
 BASELINES = {
     # Probabilistic policy reuse: follow with psi nu^h in step h of an episode, else explore
     # (Fernandez and Veloso, AAMAS 2006, pi-reuse; psi 1, nu 0.95 as there).
@@ -92,6 +94,8 @@ BASELINES = {
     # Jump-start RL: the mentor guides the first steps of every episode, in stages fewer
     # (Uchendu et al., Jump-Start Reinforcement Learning, ICML 2023, arXiv 2022, the curriculum).
     'jump_start': replace(_ALONE, trust='jump_start'),
+    'sarsa_epsilon': _TEXTBOOK,
+    'q_learning_epsilon': replace(_TEXTBOOK, off_policy=True),
 }
 
 PUBLISHED['beta_implicit_off_policy'] = replace(  # section 4.4

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The node `grid_world`: publishes states and rewards, and moves by the learner's actions."""
 
-from pathlib import Path
 import secrets
 import time
 from typing import Any
@@ -28,6 +27,7 @@ from comply_ros.protocol.grid_world import GridWorld
 from comply_ros.protocol.messages import Action, Outputs, step_id, StepId, WorldDescription
 from comply_ros.protocol.validation import rejected_description
 from comply_ros.storage.map_files import read_map
+from comply_ros.storage.map_name import map_title
 from comply_ros.storage.state_store import StateError
 from comply_ros.world.grid import MapError
 
@@ -41,7 +41,7 @@ class GridWorldNode(ProtocolNode):
     def __init__(self, **kwargs: Any) -> None:
         super().__init__('grid_world', **kwargs)
         name, profile, seed = (self.declare(each) for each in (MAP, PROFILE, SEED))
-        source, map_name = read_map(name, profile), Path(name).stem
+        source, map_name = read_map(name, profile), map_title(name)
         self.machine = GridWorld(source, map_name, new_run(), seed, time.time_ns())
         check_description_size(description_size(self.machine.description))
         self._started = time.monotonic()

@@ -37,6 +37,7 @@ from comply_ros.nodes.spin import POLL_PERIOD
 from comply_ros.nodes.topics import ANOTHER
 from comply_ros.storage.learning_file import read_learning
 from comply_ros.storage.map_files import map_names
+from comply_ros.storage.map_name import absolute_name
 from comply_ros.storage.mentor_cache import mentor_policy
 from comply_ros.terminal.command_line import real_number
 from comply_ros.terminal.interrupts import check, interrupts, StopFlag
@@ -202,13 +203,15 @@ def running(options: TrainingOptions, held: bool = False,
 def write_parameters(options: TrainingOptions) -> Path:
     """Write the parameter file of the lesson and return its path."""
     kind, _, value = options.mentor.partition(':')
-    mentor = f'{kind}:{_absolute(value)}' if kind in FROM_FILES else options.mentor
+    mentor = options.mentor
+    if kind in FROM_FILES:
+        mentor = f'{kind}:{Path(value).expanduser().resolve()}'
     initial = str(Path(options.initial_learning or '').expanduser().resolve()) \
         if options.initial_learning else ''
     common = {'profile': options.profile, 'seed': options.seed}
     state = {'state_dir': str((options.out / STATE).resolve())} if options.args.respawn else {}
     parameters = {
-        'grid_world': {'map': _absolute(options.map_name), **common, **state},
+        'grid_world': {'map': absolute_name(options.map_name, map_names()), **common, **state},
         'mentor': {'mentor': mentor, 'seed': options.mentor_seed, 'budget': options.budget,
                    'advising': options.advising, **state},
         'learner': {'method': options.method, **common, **asdict(options.config), **state,
@@ -219,11 +222,6 @@ def write_parameters(options: TrainingOptions) -> Path:
     path.write_text('# What this lesson was run with: --ros-args --params-file parameters.yaml\n'
                     + yaml_for_rcl(table), encoding='utf-8')
     return path
-
-
-def _absolute(name: str) -> str:
-    """Return a path that holds in any folder; the name of a map of the package stays."""
-    return name if name in map_names() else str(Path(name).expanduser().resolve())
 
 
 def watch(options: TrainingOptions, monitor: RunMonitor, executor: SingleThreadedExecutor,

@@ -9,6 +9,7 @@ from comply_ros.learner.presets import METHODS
 from comply_ros.mentor.advice_budget import ADVISING_MODES, UNLIMITED
 from comply_ros.numerics.rng import SEED_LIMIT
 from comply_ros.protocol.channel_faults import Faults
+from comply_ros.storage.map_name import OTHER_MAPS
 
 
 class ParameterError(ValueError):
@@ -38,7 +39,7 @@ def _from_metadata(name, default, metadata, read_only):
                      metadata.get('choices'), read_only)
 
 
-MAP = Parameter('map', 'maze', 'Name of a map of this package, or path of a map file')
+MAP = Parameter('map', 'maze', f'Name of a map of this package, {OTHER_MAPS}')
 PROFILE = Parameter(
     'profile', 'published', 'Settings of the text of the report, or of the runs behind its '
     'figures', choices=tuple(METHODS))

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from comply_ros.learner.presets import METHODS
+from comply_ros.numerics.number_text import NumberError, read_number
 from comply_ros.storage.cell_keys import (
     CELL_KEYS,
     marked_starts,
@@ -18,6 +19,8 @@ from comply_ros.storage.cell_keys import (
     read_whole,
 )
 from comply_ros.storage.file_system import PathError
+from comply_ros.storage.gymnasium_worlds import gymnasium_table
+from comply_ros.storage.map_name import GYM, NAV2, parse_map_name
 from comply_ros.storage.named_worlds import named_world
 from comply_ros.storage.nav2_maps import nav2_rows, nav2_state, read_nav2_map, read_points
 from comply_ros.storage.user_files import load_yaml, read_text, shown, YamlError
@@ -30,8 +33,8 @@ OPTIONAL_KEYS = ('step_limit', 'profiles', 'slips_bump', 'extends')
 NAV2_KEYS = ('nav2', 'goals')
 KEYS = (*REQUIRED_KEYS, *OPTIONAL_KEYS, *CELL_KEYS, *NAV2_KEYS, 'world')
 REWARDS = ('step', 'obstacle', 'goal', 'edge', 'wall')
-NAV2 = 'nav2:'  # in front of the path of a map of Nav2
 NAV2_REWARDS = {'step': -0.1, 'obstacle': -5.0, 'goal': 10.0}  # of a map that is only a path
+NAV2_ARGUMENTS = ('start', 'goal', 'cell_size')
 CELL_SIZE = 0.5  # metres, of a map of Nav2
 
 
@@ -41,19 +44,17 @@ def map_names() -> list[str]:
     return sorted(entry.stem for entry in found if entry.suffix == '.yaml')
 
 
-def read_map(name: str, profile: str, *, cell_size: float = CELL_SIZE,
-             start: tuple[float, float] | None = None,
-             goal: tuple[float, float] | None = None) -> Grid | Table:
+def read_map(name: str, profile: str) -> Grid | Table:
     """
-    World of a map that comes with the package or of a file, with the rewards of a profile.
+    World of a map that comes with the package, of a file, or of another library.
 
     A map that needs no more than a `Grid` has is one; any other is a `Table`.
 
     Parameters
     ----------
-    name: of a map of the package, path of a map file, or `nav2:` and the path of a map of Nav2.
-    profile: as in `parse_map`.
-    cell_size, start, goal: of a map of Nav2: the side of a cell, and (x, y), all in metres.
+    name: of a map of the package, path of a map file, `gym:` and the name of an environment of
+        Gymnasium, or `nav2:` and the path of a map of Nav2; see `MapName`.
+    profile: as in `parse_map`; worlds of others have their own rewards in every profile.
 
     Raises
     ------
@@ -61,8 +62,11 @@ def read_map(name: str, profile: str, *, cell_size: float = CELL_SIZE,
 
     """
     try:
-        if str(name).startswith(NAV2):
-            return _nav2_world(str(name).removeprefix(NAV2), profile, cell_size, start, goal)
+        scheme, target, arguments = parse_map_name(str(name))
+        if scheme == NAV2:
+            return _nav2_world(target, arguments, profile)
+        if scheme == GYM:
+            return gymnasium_table(target, arguments)
         return parse_map(_read_text(name), profile, Path(name).parent)
     except MapError as error:
         raise MapError(f'map {name!r}: {error}') from None
@@ -78,14 +82,26 @@ def _read_text(name: str) -> str:
                        f'({error})') from None
 
 
-def _nav2_world(path: str, profile: str, cell_size: float, start: tuple[float, float] | None,
-                goal: tuple[float, float] | None) -> Grid | Table:
-    for key, point in (('start', start), ('goal', goal)):
-        if point is None:
-            raise MapError(f'a map of Nav2 needs a {key}, (x, y) in metres, got none: call '
-                           'read_map with it, or write a map file with the key nav2')
-    return _world({'nav2': path, 'cell_size': cell_size, 'starts': [start], 'goals': [goal],
+def _nav2_world(path: str, arguments: dict[str, Any], profile: str) -> Grid | Table:
+    for key in arguments:
+        if key not in NAV2_ARGUMENTS:
+            raise MapError(f'a map of Nav2 has the arguments {", ".join(NAV2_ARGUMENTS)}, got '
+                           + shown(key))
+    for key in ('start', 'goal'):
+        if key not in arguments:
+            raise MapError(f'a map of Nav2 needs a {key} in metres, such as nav2:house.yaml?'
+                           'start=-2.0,-0.5&goal=3.0,1.0, got none')
+    return _world({'nav2': path, 'cell_size': arguments.get('cell_size', CELL_SIZE),
+                   'starts': [_point(arguments['start'])], 'goals': [_point(arguments['goal'])],
                    'rewards': NAV2_REWARDS, 'edges': 'bump'}, profile, Path())
+
+
+def _point(value: Any) -> Any:
+    """Return [x, y] of the text `x,y`; any other value as it is."""
+    try:
+        return [read_number(word) for word in value.split(',')]
+    except (AttributeError, NumberError):
+        return value
 
 
 def parse_map(text: str, profile: str, folder: Path = Path()) -> Grid | Table:

@@ -14,6 +14,7 @@ from comply_ros.mentor.advice_budget import UNLIMITED
 from comply_ros.mentor.mentor_policies import FROM_FILES, MentorError
 from comply_ros.mentor.policy import PolicyError
 from comply_ros.storage.map_files import map_names
+from comply_ros.storage.map_name import file_stem, OTHER_MAPS
 from comply_ros.storage.run_files import OutputError, prepare_folder
 from comply_ros.storage.training_spec import spec_training, TrainingSpec
 from comply_ros.terminal.command_line import CommandParser, whole_number
@@ -47,7 +48,7 @@ def training_parser(program: str, description: str) -> argparse.ArgumentParser:
     parser = CommandParser(program, description=description)
     add = parser.add_argument
     add('--map', default='maze', metavar='NAME|FILE',
-        help=f'{", ".join(map_names())}, or a map file (default: %(default)s)')
+        help=f'{", ".join(map_names())}, {OTHER_MAPS} (default: %(default)s)')
     add('--method', default='beta_implicit', metavar='NAME',
         help=f'{", ".join(METHODS["published"])} (default: %(default)s)')
     add('--mentor', default='snapshot:0.75', metavar='SPEC',
@@ -85,7 +86,7 @@ def check_options(args: argparse.Namespace) -> TrainingOptions:
         initial_learning=args.initial_learning, settings=dict(_changes(args)))
     kind, _, value = args.mentor.partition(':')
     mentor = Path(value).stem if kind in FROM_FILES else args.mentor.replace(':', '_')
-    folder = f'{Path(args.map).stem}-{args.method}-{mentor}-{args.seed}'
+    folder = f'{file_stem(args.map)}-{args.method}-{mentor}-{args.seed}'
     return TrainingOptions(
         **vars(training), out=prepare_folder(args.out or Path('runs') / folder), args=args)
 

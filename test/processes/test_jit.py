@@ -114,6 +114,7 @@ def test_the_next_process_uses_the_compiled_code_and_compiles_again_where_it_is_
         assert all(path.stat().st_size > len(content) for path in files())
 
 
+@pytest.mark.long
 def test_a_cache_that_cannot_be_written_is_no_reason_to_stop(tmp_path, monkeypatch):
     (tmp_path / 'comply_ros').write_text('a file where a folder should be')
     monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path))

@@ -54,6 +54,7 @@ def test_pictures_have_the_size_of_the_page(whole):
         assert 500 <= int.from_bytes(header[16:20], 'big') <= 1500
 
 
+@pytest.mark.long
 def test_a_second_run_computes_nothing(whole):
     before = {path: path.stat().st_mtime_ns for path in (whole / 'data').iterdir()}
     assert reproduced(whole, '--figures', *FIGURES) == 0
@@ -107,6 +108,7 @@ def test_two_cannot_run_in_the_same_folder(tmp_path, capsys):
             in capsys.readouterr().err)
 
 
+@pytest.mark.long
 def test_a_full_disk_is_one_sentence_and_keeps_the_cells(tmp_path, whole):
     argv = [*COMMAND, '--figures', '2.7', '2.10', '--seeds', '2', '--out', str(tmp_path)]
     limit = max(path.stat().st_size for path in (whole / 'data').iterdir()) - 100
@@ -120,6 +122,7 @@ def test_a_full_disk_is_one_sentence_and_keeps_the_cells(tmp_path, whole):
     assert not list(tmp_path.glob('data/*.part'))
 
 
+@pytest.mark.long
 def test_every_kind_of_figure_of_a_compliant_learner_is_plotted(tmp_path, monkeypatch):
     run = Run('bar_grid', 'published', 'explicit', (('iterations', 4), ('episodes', 3)),
               'noisy:0.3')

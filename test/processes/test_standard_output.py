@@ -47,6 +47,7 @@ def test_a_closed_pipe_ends_a_help_quietly():
 
 @pytest.mark.parametrize('arguments', [
     ('train', *SMALL, '--out', 'a'), ('sweep', 'a.yaml')])
+@pytest.mark.long
 def test_a_closed_pipe_ends_a_command_quietly(arguments):
     reader, writer = os.pipe()
     os.close(reader)

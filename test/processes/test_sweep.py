@@ -126,6 +126,7 @@ def test_ctrl_c_keeps_completed_runs():
     assert 'Traceback' not in err
 
 
+@pytest.mark.long
 def test_a_full_disk_keeps_completed_runs():
     limit = 5000
 
@@ -150,6 +151,7 @@ def test_a_full_disk_at_once_is_one_sentence(capsys):
     assert capsys.readouterr().err == 'sweep: full.csv: no space left on device\n'
 
 
+@pytest.mark.long
 def test_a_table_of_another_map_or_mentor_of_the_same_name_is_an_error(capsys):
     Path('mine.txt').write_text('>>G\n')
     Path('mine.yaml').write_text(OTHER_MAP.replace('ROW', '..G'))
@@ -268,6 +270,7 @@ def test_workers_in_another_folder_learn_in_the_map_of_the_sweep(
             assert rows(f'far-{name}.csv') == rows(f'near-{name}.csv')
 
 
+@pytest.mark.long
 def test_ctrl_c_ends_a_sweep_on_a_cluster(scheduler):
     name = written(seeds=10, iterations=3000)
     process = started(name, '--scheduler', scheduler)
@@ -294,6 +297,7 @@ def test_a_lost_cluster_is_one_sentence():
 
 
 @pytest.mark.parametrize('listens', [False, True])
+@pytest.mark.long
 def test_a_scheduler_that_does_not_answer_is_one_sentence(capsys, monkeypatch, listens):
     monkeypatch.setattr('comply_ros.experiments.executors.CONNECT_TIMEOUT', 1)
     with socket.socket() as silent:

@@ -38,6 +38,7 @@ def small(map_name, out, *more):
 
 
 @pytest.mark.parametrize('name', NAMES.values(), ids=NAMES)
+@pytest.mark.long
 def test_train_takes_a_name_of_any_letters(name, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     file = tmp_path / f'{name.replace("/", "|")}.yaml'
@@ -53,6 +54,7 @@ def test_train_takes_a_name_of_any_letters(name, tmp_path, monkeypatch, capsys):
 
 
 @pytest.mark.parametrize('name', ['sweep [b]x[/b]', 'a:smile:'])
+@pytest.mark.long
 def test_sweep_prints_the_name_of_its_table_as_it_is(name, tmp_path):
     (tmp_path / 'a.yaml').write_text('map: bar_grid\nmethods: [sarsa]\nmentors: [none]\nseeds: 1\n'
                                      'settings: {iterations: 2, episodes: 2}\n')

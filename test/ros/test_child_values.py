@@ -51,6 +51,7 @@ def test_values_in_a_parameter_file_arrive_as_they_were(domain, tmp_path):
 
 
 @pytest.mark.parametrize('name', ['maze #2.yaml', '1e3', "it's a: map.yaml"])
+@pytest.mark.long
 def test_the_demo_teaches_in_the_map_of_the_name_that_was_given(
         domain, tmp_path, monkeypatch, name):
     monkeypatch.chdir(tmp_path)

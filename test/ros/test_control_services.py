@@ -128,6 +128,7 @@ def test_after_a_pause_and_two_resets_it_is_a_fresh_start(tmp_path, ask, expecte
         assert 'rejected' not in ''.join(node.log.read_text() for node in started.values())
 
 
+@pytest.mark.long
 def test_a_learner_that_has_finished_learns_again_after_the_resets(tmp_path, ask, expected):
     with lesson(tmp_path) as started:
         assert wait_for_digest(started, ask) == expected
@@ -209,6 +210,7 @@ def test_a_parameter_that_cannot_be_is_refused_with_one_sentence(tmp_path, ask, 
         assert ask.get('learner', name) == ask.get('learner', name) != values[name]
 
 
+@pytest.mark.long
 def test_a_learner_without_a_teacher_hears_one_from_a_change_on(tmp_path, ask):
     with lesson(tmp_path, learner=('-p', 'method:=sarsa', '-p', 'iterations:=0')):
         assert ask.set('grid_world', rate=200.0) == ''

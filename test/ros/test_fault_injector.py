@@ -127,6 +127,7 @@ def test_a_best_effort_volatile_topic_is_relayed_as_that(tmp_path, node, spin_un
             ReliabilityPolicy.BEST_EFFORT, DurabilityPolicy.VOLATILE)
 
 
+@pytest.mark.long
 def test_with_drop_1_nothing_is_published(tmp_path, node, spin_until):
     publisher = node.create_publisher(Episode, 'lost/before', LATCHED)
     control = node.create_publisher(Episode, 'out/before', LATCHED)
@@ -161,6 +162,7 @@ def test_late_and_reordered_messages_all_arrive(tmp_path, node, spin_until):
         assert counts['delayed'] > 20 and counts['reordered'] > 20
 
 
+@pytest.mark.long
 def test_a_missing_publisher_is_warned_of_once_and_relayed_later(tmp_path, node, spin_until):
     with nodes(tmp_path, fault_injector=ONE) as started:
         waits = ('waits for a publisher on out/before '
@@ -176,6 +178,7 @@ def test_a_missing_publisher_is_warned_of_once_and_relayed_later(tmp_path, node,
         assert 'relays out (comply_msgs/msg/Episode)' in text
 
 
+@pytest.mark.long
 def test_a_second_type_on_a_topic_is_warned_of_once(tmp_path, node, make_node, spin_until):
     other = make_node('other')  # DDS rejects a second type in one context
     publisher = node.create_publisher(Episode, 'out/before', LATCHED)
@@ -216,6 +219,7 @@ def test_types_that_cannot_be_relayed_are_named(kinds, rule):
     ('topics:=[out, out]', "topics must name each topic once, got 'out' and 'out'"),
     ('topics:=[out, /out]', "topics must name each topic once, got 'out' and '/out'"),
 ])
+@pytest.mark.long
 def test_a_wrong_parameter_is_one_line_and_exit_code_2(argument, message):
     done = run('fault_injector', '--ros-args', '-p', argument)
     assert (done.returncode, done.stdout) == (2, '')

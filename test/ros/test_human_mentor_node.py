@@ -97,6 +97,7 @@ def test_a_policy_is_followed_from_the_next_observation_on_and_published(
         assert not client.received['action'][-1].followed
 
 
+@pytest.mark.long
 def test_a_drag_over_many_cells_publishes_no_more_than_ten_maps_a_second(mentor, client, tmp_path):
     with nodes(tmp_path, grid_world=WORLD):
         wait_for_world(mentor)
@@ -164,6 +165,7 @@ def test_while_steering_the_robot_waits_until_patience_ends(mentor, client, tmp_
             assert 'out of range' in client.set('mentor', patience=0.0)
 
 
+@pytest.mark.long
 def test_patience_follows_ros_time_where_use_sim_time_is_set(mentor, client, tmp_path):
     publisher = client.create_publisher(Clock, '/clock', 1)
 

@@ -62,6 +62,7 @@ def test_a_lesson_gives_the_bits_of_train_and_the_same_file(tmp_path, file, argv
     assert json.loads(str(one['settings'])) == json.loads(str(other['settings']))
 
 
+@pytest.mark.long
 def test_a_learner_without_learning_acts_by_the_file_for_ever(tmp_path, result, file):
     learner = (*LEARNER[:2], '-p', 'episodes:=5', '-p', 'learns:=false', '-p',
                f'initial_learning:={file}')
@@ -133,6 +134,7 @@ def digest_in(learner):
     return re.findall(r'digest (\w{64})', learner.log.read_text())[-1]
 
 
+@pytest.mark.long
 def test_a_learner_that_starts_again_goes_on_with_what_it_began_with(tmp_path, file):
     argv = ['--map', 'bar_grid', '--mentor', 'noisy:0.3', '--from', str(file), '--seed', '3',
             '--iterations', '3', '--episodes', '5', '--out', str(tmp_path / 'train')]
@@ -150,6 +152,7 @@ def test_a_learner_that_starts_again_goes_on_with_what_it_began_with(tmp_path, f
     assert digest_in(started['learner']) == summary_of(tmp_path / 'train')['digest']
 
 
+@pytest.mark.long
 def test_a_reset_returns_to_the_initial_learning(tmp_path, result, file):
     learner = ('-p', 'iterations:=0', '-p', f'initial_learning:={file}', '-p', 'episodes:=1')
     with ros_client() as client, nodes(
@@ -166,6 +169,7 @@ def test_a_reset_returns_to_the_initial_learning(tmp_path, result, file):
 
 @pytest.mark.parametrize(('name', 'parameter'), [
     ('learner', 'initial_learning:={}'), ('mentor', 'mentor:=learned:{}')])
+@pytest.mark.long
 def test_a_file_of_another_world_ends_a_node_with_one_line(tmp_path, file, name, parameter):
     with nodes(tmp_path, grid_world=('-p', 'map:=free_grid')) as started:
         wait_until(log_has(started['grid_world'], 'ready'), 'world')

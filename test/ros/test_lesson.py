@@ -22,8 +22,8 @@ GOLDEN = golden_digests('lesson')
 SMALL = ('--map', 'bar_grid', '--mentor', 'noisy:0.3', '--iterations', '3', '--episodes', '5')
 
 
-@pytest.mark.parametrize('method', [
-    pytest.param('watkins', marks=pytest.mark.long), 'beta_implicit'])
+@pytest.mark.parametrize('method', ['watkins', 'beta_implicit'])
+@pytest.mark.long
 def test_lesson_gives_the_digest_of_train(tmp_path, method):
     argv = ('--method', method, '--iterations', '2', '--mentor', 'snapshot:0.5',
             '--seed', '3')
@@ -49,10 +49,9 @@ def test_lesson_gives_the_digest_of_train_as_the_text_says(tmp_path, method):
 
 
 @pytest.mark.parametrize('argv', [
-    ('--budget', '20', '--advising', 'mistakes'), *(
-        pytest.param(argv, marks=pytest.mark.long) for argv in (
-            ('--mentor', 'noisy:0.3@0.4', '--map', 'maze_as_run'),
-            ('--budget', '20', '--advising', 'important')))])
+    ('--mentor', 'noisy:0.3@0.4', '--map', 'maze_as_run'),
+    ('--budget', '20', '--advising', 'important'), ('--budget', '20', '--advising', 'mistakes')])
+@pytest.mark.long
 def test_a_mentor_with_little_advice_gives_the_same_over_topics(tmp_path, argv):
     argv = (*SMALL, *argv)
     assert_equal_but_for_time(trained_summary(tmp_path / 'train', *argv),
@@ -95,7 +94,8 @@ def lesson(tmp_path):
     process.communicate(timeout=DEADLINE)
 
 
-@pytest.mark.parametrize('name', ['grid_world', 'mentor', 'learner'])
+@pytest.mark.parametrize('name', [
+    *(pytest.param(name, marks=pytest.mark.long) for name in ('grid_world', 'mentor')), 'learner'])
 def test_a_node_that_dies_ends_the_lesson_with_its_name(lesson, name):
     process, folder = lesson
     ids = children(process)

@@ -5,6 +5,8 @@ import re
 
 from node_processes import log_has, nodes, run, run_tool
 import pytest
+from rcl_interfaces.srv import ListParameters
+from ros_client import ros_client
 from waiting import wait_until
 
 from comply_ros.nodes.node_help import help_text, NODE_PARAMETERS
@@ -25,12 +27,12 @@ def parameter_names(node):
 
 
 def test_help_names_the_parameters_that_the_nodes_have(tmp_path):
-    with nodes(tmp_path, record=('-p', f'bag:={tmp_path / "bag"}'), **STARTED) as started:
-        for node in started.values():
-            wait_until(log_has(node, 'ready'), f'start of {node.name}')
+    with ros_client() as client, nodes(
+            tmp_path, record=('-p', f'bag:={tmp_path / "bag"}'), **STARTED) as started:
         for name in started:
             known = {each.name for each in (*NODE_PARAMETERS[name], *ROS_PARAMETERS)}
-            assert {each for each in parameter_names(name)
+            listed = client.call(ListParameters, f'{name}/list_parameters').result.names
+            assert {each for each in listed
                     if not each.startswith('qos_overrides.')} == known, name
 
 
@@ -48,6 +50,7 @@ def test_help_starts_no_node():
     assert done.stdout.startswith('usage: grid_world [--ros-args') and '\n  rate\n' in done.stdout
 
 
+@pytest.mark.long
 def test_debug_is_of_our_nodes_and_not_of_rcl_unless_it_is_asked_for(tmp_path):
     with nodes(tmp_path, grid_world=(*SMALL, '--log-level', 'debug')) as started:
         wait_until(log_has(started['grid_world'], 'waits for'), 'warning')
@@ -57,6 +60,7 @@ def test_debug_is_of_our_nodes_and_not_of_rcl_unless_it_is_asked_for(tmp_path):
         wait_until(log_has(started['grid_world'], '[rcl]'), 'line of rcl')
 
 
+@pytest.mark.long
 def test_quality_of_service_can_be_overridden_but_not_of_the_latched_loop(tmp_path):
     with nodes(tmp_path, learner=('-p', f'{OVERRIDE}:=7'), grid_world=SLOW) as started:
         for node in started.values():

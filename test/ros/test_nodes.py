@@ -155,7 +155,7 @@ def test_an_argument_that_is_not_for_ros_is_rejected():
 
 @pytest.mark.parametrize('name, what', [
     ('learner', 'waits for a world: is a grid_world running?'),
-    ('mentor', 'waits for a world: is a grid_world running?'),
+    pytest.param('mentor', 'waits for a world: is a grid_world running?', marks=pytest.mark.long),
     ('grid_world', 'waits for an action in episode 1, step 0: is a learner running, or has it ')])
 def test_a_node_that_waits_logs_for_what(tmp_path, name, what):
     with nodes(tmp_path, **{name: ()}) as started:
@@ -208,6 +208,7 @@ def test_a_policy_that_does_not_fit_ends_the_mentor_with_one_line(tmp_path):
         assert 'Traceback' not in log
 
 
+@pytest.mark.long
 def test_the_rate_changes_while_the_world_runs(tmp_path, node):
     from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
     from rcl_interfaces.srv import SetParameters
@@ -238,6 +239,7 @@ def test_the_rate_changes_while_the_world_runs(tmp_path, node):
         assert seconds_for(10) > 0.5
 
 
+@pytest.mark.long
 def test_a_namespace_allows_a_second_lesson(tmp_path, expected):
     there = ('-r', '__ns:=/second')
     with nodes(tmp_path / 'a', grid_world=SMALL, mentor=MENTOR, learner=LEARNER) as here, \
@@ -265,6 +267,7 @@ def test_the_mentor_answers_a_service(tmp_path, node):
                 False, 'a state must lie in [0, 120], got 121')
 
 
+@pytest.mark.long
 def test_the_learner_saves_on_request(tmp_path, node, expected):
     with nodes(tmp_path, learner=LEARNER) as started:
         early = call(node, Save, 'save', path=str(tmp_path / 'early.npz'))
@@ -293,6 +296,7 @@ def test_maps_over_all_states_are_published(tmp_path, node):
     assert all(0.0 <= p <= 1.0 for p in trust[-1].confidence)
 
 
+@pytest.mark.long
 def test_invalid_messages_are_rejected_logged_once_and_change_nothing(
         tmp_path, node, expected):
     worlds, states = received(node, topics.WORLD), received(node, topics.STATE)

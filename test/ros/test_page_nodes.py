@@ -96,6 +96,7 @@ def test_nodes_of_other_names_are_shown_and_controlled(dashboard, tmp_path):
         updated(dashboard, lambda state: state.run.reports.description.run != run, 'other run')
 
 
+@pytest.mark.long
 def test_a_world_of_another_name_takes_the_place_of_one_that_was_killed(dashboard, tmp_path):
     with nodes(tmp_path, **renamed(grid_world='first_world')) as running:
         updated(dashboard, lambda state: state.is_alive('first_world'), 'first world')
@@ -121,6 +122,7 @@ def test_the_page_says_which_topic_has_no_publisher(dashboard):
             called(dashboard, call)
 
 
+@pytest.mark.long
 def test_a_learner_of_others_that_sends_no_status_is_not_missed(dashboard):
     with ros_client() as client:
         node = rclpy.create_node('turtle', namespace='sea', context=client.context)

@@ -84,6 +84,7 @@ def test_a_token_that_is_made_is_shown_in_the_terminal_alone(domain, tmp_path):
         assert not [each for each in seen if token in each]
 
 
+@pytest.mark.long
 def test_without_a_terminal_a_token_needs_a_file(domain):
     done = subprocess.run(COMMAND, capture_output=True, text=True, check=False,
                           start_new_session=True, stdin=subprocess.DEVNULL)
@@ -99,6 +100,7 @@ def test_a_token_file_that_does_not_exist_is_created_for_its_user_alone(domain, 
         assert token not in text() and opens(f'http://127.0.0.1:{port}/?token={token}')
 
 
+@pytest.mark.long
 def test_a_token_file_of_a_user_may_have_a_byte_order_mark_and_blanks(domain, tmp_path):
     file = tmp_path / 'token'
     file.touch(mode=0o600)
@@ -147,6 +149,7 @@ def proxy(port):
         yield f'{url}robot/'
 
 
+@pytest.mark.long
 def test_behind_a_proxy_with_a_path_the_door_stays_there(domain):
     with dashboard_in_terminal(COMPLY_ROS_TOKEN='open-sesame') as (_, text), \
             proxy(int(re.search(r':(\d+)/', text())[1])) as url:
@@ -156,6 +159,7 @@ def test_behind_a_proxy_with_a_path_the_door_stays_there(domain):
         assert answer.url == url and b'"/robot/_nicegui/' in answer.read()
 
 
+@pytest.mark.long
 def test_the_address_of_all_interfaces_serves_ipv4_and_ipv6(domain):
     with dashboard_in_terminal('-p', 'address:="::"', COMPLY_ROS_TOKEN='open-sesame') as (_, text):
         port = re.search(r':(\d+)/', text())[1]

@@ -61,6 +61,7 @@ def test_a_lesson_is_recorded_replayed_and_plotted(tmp_path):
         'episode_lengths.png', 'learning_curve.png', 'trust_map.png']
 
 
+@pytest.mark.long
 def test_a_recorder_that_is_killed_leaves_what_it_received(tmp_path):
     bag = tmp_path / 'bag'
     with recorded(tmp_path, '-p', 'iterations:=0') as started:
@@ -113,6 +114,7 @@ def test_what_the_viewer_shows_is_recorded_and_replay_ignores_it(tmp_path):
     assert shown <= {f'/view/{view.name.removeprefix("view/")}' for view in VIEWS}
 
 
+@pytest.mark.long
 def test_only_topics_that_match_are_recorded(tmp_path):
     with nodes(tmp_path, record=['-p', f'bag:={tmp_path / "bag"}', '-p',
                                  'topics:=["rosout", "/parameter_e*"]'],

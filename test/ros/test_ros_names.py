@@ -46,6 +46,7 @@ def test_a_topic_that_cannot_be_relayed_is_rejected(name):
     ('service', 'call', 'NAME', 'std_srvs/srv/Trigger'),
     ('param', 'list', 'NAME'), ('param', 'get', 'NAME', 'rate')], ids=' '.join)
 @pytest.mark.parametrize('name', ['küche', 'r' * 300])
+@pytest.mark.long
 def test_a_tool_that_looks_for_a_name_says_what_is_wrong(words, name):
     done = run_tool(*(name if word == 'NAME' else word for word in words), '--timeout', '0.1')
     assert done.returncode in (1, 2) and 'Traceback' not in done.stderr

@@ -40,6 +40,7 @@ def test_a_node_names_the_variable_that_is_to_blame(name, value, rule):
 
 @pytest.mark.parametrize('program', NODES)
 @pytest.mark.parametrize('name, value, rule', WORST)
+@pytest.mark.long
 def test_every_executable_names_the_variable(program, name, value, rule, tmp_path):
     arguments = ('--out', str(tmp_path)) if program == 'lesson' else ()
     done = run(program, *arguments, **{name: value})
@@ -49,6 +50,7 @@ def test_every_executable_names_the_variable(program, name, value, rule, tmp_pat
 
 @pytest.mark.parametrize('program', TOOLS, ids=lambda words: words[0])
 @pytest.mark.parametrize('name, value, rule', WORST)
+@pytest.mark.long
 def test_every_tool_names_the_variable(program, name, value, rule, tmp_path, monkeypatch):
     monkeypatch.setenv(name, value)
     out = ('--out', str(tmp_path)) if program[0] == 'soak' else ()

@@ -108,6 +108,7 @@ def test_a_policy_grants_exactly_what_its_running_node_uses(node, namespace):
 
 
 @pytest.mark.usefixtures('domain')
+@pytest.mark.long
 def test_a_policy_grants_exactly_what_teleop_mentor_uses():
     context = rclpy.Context()
     rclpy.init(context=context)
@@ -151,6 +152,7 @@ def page(domain, tmp_path):
         yield
 
 
+@pytest.mark.long
 def test_the_policy_of_the_dashboard_grants_exactly_what_its_two_nodes_use(page):
     context = rclpy.Context()
     rclpy.init(context=context)

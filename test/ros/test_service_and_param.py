@@ -8,6 +8,7 @@ from node_processes import log_has, nodes, run_tool
 import pytest
 from rcl_interfaces.msg import ParameterType
 from rcl_interfaces.srv import SetParameters
+from ros_domain import own_domain
 from waiting import wait_until
 
 from tools.param import value_of
@@ -18,14 +19,11 @@ from tools.service import filled, values_of
 @pytest.fixture(scope='module')
 def running(tmp_path_factory):
     """Run a world and its mentor, in a domain of their own."""
-    from domain_coordinator import domain_id
-    with domain_id() as number, pytest.MonkeyPatch.context() as patch:
-        patch.setenv('ROS_DOMAIN_ID', str(number))
-        patch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-        with nodes(tmp_path_factory.mktemp('nodes'), grid_world=('-p', 'map:=bar_grid'),
-                   mentor=('-p', 'mentor:=optimal')) as started:
-            wait_until(log_has(started['mentor'], 'advises'), 'policy')
-            yield number
+    with pytest.MonkeyPatch.context() as monkeypatch, own_domain(monkeypatch) as number, \
+            nodes(tmp_path_factory.mktemp('nodes'), grid_world=('-p', 'map:=bar_grid'),
+                  mentor=('-p', 'mentor:=optimal')) as started:
+        wait_until(log_has(started['mentor'], 'advises'), 'policy')
+        yield number
 
 
 def wait_until_listed(words, tool):
@@ -56,6 +54,7 @@ def test_a_parameter_is_listed_described_set_and_read(running):
     (('set', '/grid_world', 'map', 'maze'), 'setting parameter failed: Trying to set a read-only'),
     (('get', '/grid_world', 'speed'), "node '/grid_world' has no parameter 'speed'; it has map,"),
     (('get', '/gridworld', 'rate', '--timeout', '1'), "there is no node '/gridworld' in ROS dom")])
+@pytest.mark.long
 def test_a_value_that_cannot_be_set_is_one_line_and_exit_code_1(running, argv, error):
     done = run_tool('param', *argv)
     assert (done.returncode, done.stdout, done.stderr.count('\n')) == (1, '', 1)
@@ -90,11 +89,13 @@ def test_a_response_without_success_gives_exit_code_1(running):
      "comply_msgs/srv/Recommend has no field 'cell'; it has state"),
     (('/recommend', 'comply_msgs/srv/Recommend', '{state: 5'), 'the values of a request must be '
      "valid YAML (expected ',' or '}', but got '<stream end>')")])
+@pytest.mark.long
 def test_a_call_that_cannot_be_made_is_one_line_and_exit_code_1(running, argv, error):
     done = run_tool('service', 'call', *argv)
     assert (done.returncode, done.stdout, done.stderr) == (1, '', f'service: {error}\n')
 
 
+@pytest.mark.long
 def test_a_service_that_does_not_exist_is_named_with_those_that_do(running):
     done = run_tool('service', 'call', '/advise', 'comply_msgs/srv/Recommend')
     assert done.returncode == 1

@@ -227,6 +227,7 @@ def test_a_set_up_is_not_changed_by_settings_of_the_user(folder):
     assert variables['COLCON_DEFAULTS_FILE'].startswith(str(clone))
 
 
+@pytest.mark.long
 def test_packages_that_cannot_be_installed_are_named_with_the_reason(folder):
     clone = make_clone(folder / 'clone')
     (clone / 'requirements' / 'python.txt').write_text('colcon==2\n')
@@ -260,6 +261,7 @@ def test_a_set_up_that_was_interrupted_is_done_again(clone):
     assert '1/2' in done.stderr
 
 
+@pytest.mark.long
 def test_a_build_that_was_interrupted_is_done_again(clone):
     source = clone / 'launch' / 'teach.launch.py'
     text = source.read_bytes()
@@ -280,6 +282,7 @@ def test_a_build_that_was_interrupted_is_done_again(clone):
     assert '2/2' in done.stderr
 
 
+@pytest.mark.long
 def test_a_source_that_is_older_than_the_build_or_deleted_is_noticed(clone):
     source = clone / 'launch' / 'teach.launch.py'
     source.write_text('# another version, of an archive')
@@ -366,6 +369,7 @@ def test_a_folder_that_cannot_be_built_in_is_named_first(folder, name):
     assert os.listdir(folder / name) == ['scripts']
 
 
+@pytest.mark.long
 def test_developers_packages_are_added_once_and_on_request(clone):
     assert not list((clone / '.venv').glob('added-*'))
     script = clone / 'scripts' / 'added'

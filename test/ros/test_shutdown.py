@@ -38,6 +38,7 @@ def test_every_node_is_destroyed_where_one_refuses_a_parameter():
         ['True'] * 3, ['test: parameter of the third'])
 
 
+@pytest.mark.long
 def test_nodes_that_refuse_a_value_end_with_exit_code_2():
     done = run_tool('starts', '--starts', '8')
     assert done.returncode == 0, done.stderr

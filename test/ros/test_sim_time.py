@@ -39,6 +39,7 @@ class SimClock:
         self._client.destroy_publisher(self._publisher)
 
 
+@pytest.mark.long
 def test_a_paced_world_without_a_clock_waits_and_says_so(tmp_path):
     with ros_client() as client, nodes(
             tmp_path, grid_world=(*WORLD, '-p', 'rate:=10.0'), learner=ALONE) as running:
@@ -55,6 +56,7 @@ def test_a_paced_world_without_a_clock_waits_and_says_so(tmp_path):
         client.until(lambda: client.statuses['grid_world'] == MISSING, 'end of the clock')
 
 
+@pytest.mark.long
 def test_one_that_waits_for_more_names_it_all(tmp_path):
     with ros_client() as client, nodes(tmp_path, grid_world=WORLD):
         client.until(lambda: client.statuses.get('grid_world', '').startswith(
@@ -70,6 +72,7 @@ def test_a_timeout_of_advice_waits_for_the_clock(tmp_path):
         client.until(lambda: client.steps('learner') > 5, 'steps without advice')
 
 
+@pytest.mark.long
 def test_the_patience_with_a_person_waits_for_the_clock(tmp_path):
     with ros_client() as client, nodes(tmp_path, grid_world=WORLD, learner=LEARNER), \
             pty_session('--ros-args', *SIM_TIME, '-p', 'patience:=0.1') as session:
@@ -81,6 +84,7 @@ def test_the_patience_with_a_person_waits_for_the_clock(tmp_path):
         client.until(lambda: client.steps('learner') > 5, 'steps without the person')
 
 
+@pytest.mark.long
 def test_the_viewer_logs_that_the_clock_is_missing(tmp_path):
     with nodes(tmp_path, grid_world=WORLD, viewer=SIM_TIME) as running:
         wait_until(log_has(running['viewer'], MISSING), MISSING)

@@ -12,6 +12,7 @@ import subprocess
 
 from node_processes import log_has, nodes, run
 import pytest
+from ros_domain import own_domain
 from waiting import wait_until
 
 from comply_ros.learner.presets import find_method
@@ -136,7 +137,8 @@ def test_a_learner_on_a_full_disk_goes_on_when_there_is_room_and_can_be_killed_t
         assert digest_of(started['learner']) == expected
 
 
-@pytest.mark.parametrize('name', ONE_OF_EACH)
+@pytest.mark.parametrize('name', NAMES)
+@pytest.mark.long
 def test_a_removed_folder_is_made_anew_and_can_be_continued(
         tmp_path, expected, name):
     with lesson(tmp_path) as started:
@@ -153,6 +155,7 @@ def test_a_removed_folder_is_made_anew_and_can_be_continued(
         assert digest_of(started['learner']) == expected
 
 
+@pytest.mark.long
 def test_a_journal_that_is_cut_in_its_last_record_is_continued(tmp_path):
     with lesson(tmp_path) as started:
         learner, folder = started['learner'], tmp_path / 'learner'
@@ -171,16 +174,13 @@ def test_a_journal_that_is_cut_in_its_last_record_is_continued(tmp_path):
 @pytest.fixture(scope='module')
 def stored(tmp_path_factory):
     """Return the folder of nodes that were killed while they learned."""
-    from domain_coordinator import domain_id
     folder = tmp_path_factory.mktemp('stored')
-    with domain_id() as number, pytest.MonkeyPatch.context() as patched:
-        patched.setenv('ROS_DOMAIN_ID', str(number))
-        patched.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-        with lesson(folder, folder / 'state') as started:
-            for name in NAMES:
-                wait_for_journal(folder / 'state', name, 1000)
-            for node in started.values():
-                kill(node)
+    with pytest.MonkeyPatch.context() as monkeypatch, own_domain(monkeypatch), \
+            lesson(folder, folder / 'state') as started:
+        for name in NAMES:
+            wait_for_journal(folder / 'state', name, 1000)
+        for node in started.values():
+            kill(node)
     return folder / 'state'
 
 
@@ -232,6 +232,7 @@ def test_a_damaged_state_ends_a_node_with_one_line_and_is_left_untouched(stored,
         assert contents(state) == before
 
 
+@pytest.mark.long
 def test_learned_in_another_world_ends_a_learner_and_leaves_its_state_untouched(stored, tmp_path):
     state = shutil.copytree(stored, tmp_path / 'state')
     before = contents(state)

@@ -85,6 +85,7 @@ def lessons(tmp_path_factory):
 
 
 @pytest.mark.parametrize('what', COUNTS)
+@pytest.mark.long
 def test_it_goes_on_after_the_system_clock_was_set_back(lessons, what):
     running, before = lessons
     running.wait_for_growth(what, before[what])

@@ -64,6 +64,7 @@ def test_keys_steer_the_robot_and_q_leaves_the_terminal_as_it_was(tmp_path, clie
         assert session.text.rstrip().endswith('\x1b[?25h\x1b[?1049l')
 
 
+@pytest.mark.long
 def test_an_action_out_of_the_grid_is_rejected_and_the_robot_keeps_waiting(tmp_path, client):
     (tmp_path / 'corridor.yaml').write_text(CORRIDOR)
     world = ('-p', f'map:={tmp_path}/corridor.yaml')
@@ -124,6 +125,7 @@ def test_a_signal_leaves_the_terminal_as_it_was(number):
         assert session.end() == (0, True)
 
 
+@pytest.mark.long
 def test_a_wrong_parameter_is_one_line_and_the_terminal_is_as_it_was():
     for argument, sentence in (('mentor:=wise', 'a mentor must be one of'),
                                ('patience:=-1.0', 'parameter patience must lie in [0.05, 3600]')):

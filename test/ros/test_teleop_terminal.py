@@ -41,6 +41,7 @@ def test_hints_and_state_are_complete(tmp_path, columns):
 
 
 @pytest.mark.parametrize('setting, has_color', [({}, True), ({'NO_COLOR': '1'}, False)])
+@pytest.mark.long
 def test_no_color_leaves_out_the_colors(tmp_path, setting, has_color):
     with pty_session(*PATIENT, '-p', 'mentor:=optimal', TERM='xterm-256color',
                      **{'NO_COLOR': '', **setting}) as session, \
@@ -58,6 +59,7 @@ def stopped(process):
 
 
 @pytest.mark.parametrize('how', ['Ctrl-Z', 'SIGTSTP', 'SIGSTOP'])
+@pytest.mark.long
 def test_after_a_stop_the_keys_arrive_and_the_end_restores_the_terminal(tmp_path, how):
     with pty_session(*PATIENT) as session, nodes(tmp_path, grid_world=WORLD, learner=LEARNER):
         session.wait_for('it waits for you')

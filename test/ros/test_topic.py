@@ -32,6 +32,7 @@ def test_list_names_the_topics():
     assert run_tool('topic', 'list').returncode == 0
 
 
+@pytest.mark.long
 def test_info_shows_publishers_and_subscribers_with_their_qos():
     expected = ('Type: comply_msgs/msg/WorldDescription\n\n'
                 'Publisher count: 1\n  /grid_world: reliable, transient_local\n\n'
@@ -51,6 +52,7 @@ def test_echo_shows_latched_messages_as_yaml():
     assert msg['header']['frame_id'] == '' and msg['header']['stamp']['sec'] > 10 ** 9
 
 
+@pytest.mark.long
 def test_echo_cuts_long_arrays_unless_full_length_is_given(tmp_path, domain):
     with nodes(tmp_path, grid_world=(), mentor=('-p', 'mentor:=none')) as started:
         wait_until(log_has(started['mentor'], 'advises'), 'policy')

@@ -88,6 +88,7 @@ def test_a_viewer_that_hangs_stops_no_other_node(tmp_path):
      "as map, got '/map'"),
     ('cell_size:=0.0', 'parameter cell_size must lie in [0.001, 1000], got 0.0'),
     ('map_rate:=often', "parameter map_rate must be a double such as 1.0, got 'often'")])
+@pytest.mark.long
 def test_an_invalid_parameter_is_named(wrong, message):
     done = run('viewer', '--ros-args', '-p', wrong)
     assert (done.returncode, done.stderr) == (2, f'viewer: {message}\n')

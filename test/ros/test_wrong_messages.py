@@ -113,6 +113,7 @@ def test_a_second_world_stands_aside_and_the_first_one_goes_on(tmp_path, node):
         assert 'free_grid' not in started['learner'].log.read_text()
 
 
+@pytest.mark.long
 def test_a_lesson_goes_on_while_somebody_starts_the_nodes_twice(tmp_path):
     argv = ('--map', 'bar_grid', '--mentor', 'noisy:0.3', '--iterations', '400',
             '--episodes', '1')
@@ -147,6 +148,7 @@ with tempfile.TemporaryDirectory() as folder:
 """
 
 
+@pytest.mark.long
 def test_a_topic_of_another_type_is_warned_of_once(tmp_path, node):
     with nodes(tmp_path, learner=()) as started:
         speaker = node.create_publisher(String, 'state', 1)
@@ -176,6 +178,7 @@ def test_a_silent_mentor_counts_as_no_advice_where_a_time_is_set(tmp_path, node)
         assert int(values['ignored: no advice in time']) > 5
 
 
+@pytest.mark.long
 def test_a_silent_mentor_is_waited_for_with_one_warning_where_no_time_is_set(tmp_path, node):
     health = health_of(node)
     with nodes(tmp_path, grid_world=SMALL, learner=LEARNER) as started:

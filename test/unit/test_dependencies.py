@@ -28,13 +28,13 @@ ROSDEP_KEYS = {
     'PIL': 'python3-pil', 'prompt_toolkit': 'python3-prompt-toolkit',
     'pytest': 'python3-pytest', 'rich': 'python3-rich', 'ruamel': 'python3-ruamel.yaml',
     'uvicorn': 'python3-uvicorn', 'yaml': 'python3-yaml'}
-WITHOUT_KEY = {'distributed', 'lz4', 'mcap', 'mcap_ros2', 'nicegui', 'playwright', 'rosbags',
-               'zstandard'}
+WITHOUT_KEY = {'distributed', 'gymnasium', 'lz4', 'mcap', 'mcap_ros2', 'nicegui', 'playwright',
+               'rosbags', 'zstandard'}
 LINTERS = {'ament_flake8', 'ament_pep257', 'ament_xmllint'}
 TEST_ROS_PACKAGES = {'domain_coordinator', 'rosgraph_msgs', 'rosidl_parser', *LINTERS}
 OWN = {'comply_ros', 'examples', 'tools', 'setuptools'}
 STANDARD = {*sys.stdlib_module_names, 'compression'}  # the last one since Python 3.14
-COMPARED = {'gymnasium', 'mushroom_rl'}  # by tests and `scripts/benchmark`, if installed
+COMPARED = {'mushroom_rl'}  # by tests and `scripts/benchmark`, if installed
 LOADERS = {'import_module', 'importorskip'}
 
 

@@ -7,6 +7,7 @@ from tiny_worlds import Bench, corridor, FOUR, room
 
 from comply_ros.learner.exploration import (
     choose,
+    epsilon_greedy_action,
     greedy_or_untried_action,
     policy_action,
     softmax_action,
@@ -50,6 +51,36 @@ def test_a_state_with_no_other_action_gives_the_excluded_one(as_run):
 def test_rounding_never_chooses_an_action_without_weight(as_run, q, excluded, action):
     # u = 1 stands for a u below 1 whose product with the sum of the weights is rounded up to it.
     assert as_run(softmax_action)(0, excluded, 1.0, 1.0, np.array([q]), FOUR) == action
+
+
+# q = (1, 2, -inf, 2), epsilon 0.3: by chance one of three actions (0.1 each), else RIGHT or UP.
+@pytest.mark.parametrize('u, excluded, action', [
+    (0.0, -1, LEFT), (0.0999, -1, LEFT), (0.1001, -1, RIGHT), (0.2001, -1, UP),
+    (0.3001, -1, RIGHT), (0.6499, -1, RIGHT), (0.6501, -1, UP),
+    (0.9999999999999999, -1, UP),
+    (0.1499, RIGHT, LEFT), (0.1501, RIGHT, UP), (0.9, RIGHT, UP)])
+def test_epsilon_greedy_takes_any_action_by_chance_and_else_a_best_one(as_run, u, excluded,
+                                                                       action):
+    q = np.array([[1.0, 2.0, -np.inf, 2.0]])
+    assert as_run(epsilon_greedy_action)(0, excluded, u, 0.3, q, FOUR) == action
+
+
+def test_with_epsilon_1_every_action_is_by_chance(as_run):
+    q = np.array([[1.0, 2.0, 0.0, -np.inf]])
+    found = [as_run(epsilon_greedy_action)(0, -1, u, 1.0, q, FOUR) for u in (0.3, 0.6, 0.9)]
+    assert found == [LEFT, RIGHT, DOWN]
+
+
+def test_epsilon_greedy_in_a_state_with_no_other_action_gives_the_excluded_one(as_run):
+    q = Bench(corridor()).state.q
+    assert as_run(epsilon_greedy_action)(0, RIGHT, 0.5, 0.1, q, FOUR) == RIGHT
+
+
+@pytest.mark.parametrize('epsilon, action', [(0.0, LEFT), (0.1, RIGHT)])
+def test_a_method_with_epsilon_does_not_draw_by_the_softmax(as_run, epsilon, action):
+    bench = Bench(room(), epsilon=epsilon, temperature=1e6)
+    bench.state.q[4, RIGHT] = 1.0  # a hot softmax draws by chance
+    assert as_run(choose)(4, -1, 0, 0.5, 0.11, bench.kernel_config, bench.state)[0] == action
 
 
 # (3.2), (3.7): the advice with probability p, else the own choice

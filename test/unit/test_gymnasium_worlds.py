@@ -5,6 +5,9 @@ import pytest
 from table_planning import outcomes
 
 from comply_ros.storage.map_files import parse_map, read_map
+from comply_ros.world.grid import MapError
+from comply_ros.world.mdp import World
+from comply_ros.world.planning import optimal_values
 
 gymnasium = pytest.importorskip('gymnasium')
 
@@ -92,3 +95,83 @@ def test_a_slippery_cliff_is_that_of_gymnasium():
 
 def test_taxi_is_that_of_gymnasium():
     check_same(read_map('taxi', 'report'), 'Taxi-v4', TAXI, taxi_state)
+
+
+# The optima are those of Gymnasium's own tables: FrozenLake 0.8235 and 1.0, -13, and 7.93.
+@pytest.mark.parametrize('name, optimum, step_limit', [
+    ('gym:FrozenLake-v1', 0.8235, 100), ('gym:FrozenLake-v1?map_name=8x8', 1.0, 100),
+    ('gym:FrozenLake8x8-v1', 1.0, 200), ('gym:CliffWalking-v1', -13.0, 480),
+    ('gym:Taxi-v4', 7.93, 200)])
+def test_a_world_of_gymnasium_is_a_map(name, optimum, step_limit):
+    world = World(read_map(name, 'published'))
+    assert optimal_values(world)[world.starts].mean() == pytest.approx(optimum, abs=0.005)
+    assert world.step_limit == step_limit
+    assert world.action_names == tuple(map(str, range(world.n_actions)))
+
+
+def test_arguments_reach_the_environment():
+    slippery, dry = (World(read_map(f'gym:FrozenLake-v1?is_slippery={each}', 'report'))
+                     for each in ('true', 'false'))
+    assert optimal_values(dry)[0] == 1.0 > optimal_values(slippery)[0]
+
+
+def test_the_cells_of_a_world_of_gymnasium_have_positions():
+    positions = read_map('gym:CliffWalking-v1', 'report').positions
+    assert positions[0].tolist() == [0.5, 3.5] and positions[47].tolist() == [11.5, 0.5]
+    assert read_map('gym:Taxi-v4', 'report').positions is None
+
+
+OWN_ENVIRONMENT = """
+import gymnasium
+
+class Coin(gymnasium.Env):
+    observation_space = gymnasium.spaces.Discrete(2)
+    action_space = gymnasium.spaces.Discrete(1)
+    initial_state_distrib = {starts}
+    P = {{0: {{0: [(1.0, 1, 2.0, True)]}}, 1: {{0: [(1.0, 1, 0.0, True)]}}}}
+
+gymnasium.register('Coin-v0', Coin)
+"""
+
+
+@pytest.fixture
+def own_module(tmp_path, monkeypatch):
+    """Return the function that writes a module with an environment, and gives its map's name."""
+    def write(starts):
+        (tmp_path / f'coin_{len(starts)}.py').write_text(OWN_ENVIRONMENT.format(starts=starts))
+        return f'gym:coin_{len(starts)}:Coin-v0'
+    monkeypatch.syspath_prepend(tmp_path)
+    return write
+
+
+def test_an_environment_of_a_module_of_the_user_is_a_map(own_module):
+    world = World(read_map(own_module([1.0]), 'report'))
+    assert (optimal_values(world)[0], world.step_limit) == (2.0, 20)
+
+
+def test_starts_that_are_not_equally_likely_are_rejected(own_module):
+    with pytest.raises(MapError, match='the starts of a map must be equally likely, got chances '
+                       'from 0.25 to 0.75'):
+        read_map(own_module([0.75, 0.25]), 'report')
+
+
+@pytest.mark.parametrize('name, message', [
+    ('gym:Nowhere-v0', "environment 'Nowhere-v0' cannot be made: Environment `Nowhere` doesn't "
+     'exist.'),
+    ('gym:no_such_module:Coin-v0', "environment 'no_such_module:Coin-v0' cannot be made: No "
+     "module named 'no_such_module'"),
+    ('gym:CartPole-v1', "environment 'CartPole-v1': the observation space of a map must be "
+     'Discrete and begin at 0, got Box('),
+    ('gym:Blackjack-v1', "environment 'Blackjack-v1': the observation space of a map must be "
+     'Discrete and begin at 0, got Tuple('),
+    ('gym:Taxi-v4?is_rainy', "an argument behind '?' must be NAME=VALUE, with '&' between two, "
+     "got 'is_rainy'"),
+    ('gym:Taxi-v4?wet=1', "environment 'Taxi-v4' cannot be made: "),
+    ('gym:Taxi-v4?is_rainy=true&is_rainy=true', "an argument must be there once, got 'is_rainy' "
+     'again'),
+    ('gym:Taxi-v4?is_rainy=[', 'argument is_rainy: its value must be valid YAML')])
+def test_an_environment_that_cannot_be_a_map_is_named_with_the_reason(name, message):
+    with pytest.raises(MapError) as error:
+        read_map(name, 'published')
+    assert str(error.value).startswith(f'map {name!r}: {message}')
+    assert '\n' not in str(error.value)

@@ -127,7 +127,7 @@ def test_points_are_on_a_map_that_is_turned():
 
 def test_a_map_of_nav2_is_a_world(tmp_path):
     path = write_map(tmp_path)
-    world = read_map(f'nav2:{path}', 'published', start=(-0.75, 2.25), goal=(-0.25, 2.25))
+    world = read_map(f'nav2:{path}?start=-0.75,2.25&goal=-0.25,2.25', 'published')
     assert type(world) is Table
     assert (world.cells, world.starts) == (('.', 'G', '.', '#'), (0,))
     assert world.positions.tolist() == [[-0.75, 2.25], [-0.25, 2.25], [-0.75, 2.75],
@@ -202,31 +202,35 @@ def test_an_image_of_too_many_pixels_is_rejected_before_it_is_read(tmp_path):
 
 
 @pytest.mark.parametrize('changes, message', [
-    ({'start': None}, 'a map of Nav2 needs a start, (x, y) in metres, got none: call read_map '
-     'with it, or write a map file with the key nav2'),
-    ({'goal': None}, 'a map of Nav2 needs a goal, (x, y) in metres, got none: call read_map '
-     'with it, or write a map file with the key nav2'),
+    ({'start': None}, 'a map of Nav2 needs a start in metres, such as nav2:house.yaml?'
+     'start=-2.0,-0.5&goal=3.0,1.0, got none'),
+    ({'goal': None}, 'a map of Nav2 needs a goal in metres, such as nav2:house.yaml?'
+     'start=-2.0,-0.5&goal=3.0,1.0, got none'),
+    ({'end': 3}, "a map of Nav2 has the arguments start, goal, cell_size, got 'end'"),
     ({'cell_size': 0.3}, 'cell_size must be a multiple of the resolution of 0.25 metres, got 0.3'),
     ({'cell_size': 0.1}, 'cell_size must be a multiple of the resolution of 0.25 metres, got 0.1'),
-    ({'start': (5.0, 5.0)}, 'a start must lie on the map of 1 x 1 metres at (-1, 2), got (5, 5)'),
-    ({'goal': (-0.25, 2.75)}, 'a goal must lie in a free cell, but in that of (-0.25, 2.75) '
+    ({'start': '5.0,5.0'}, 'a start must lie on the map of 1 x 1 metres at (-1, 2), got (5, 5)'),
+    ({'goal': '-0.25,2.75'}, 'a goal must lie in a free cell, but in that of (-0.25, 2.75) '
      'something is occupied or unknown'),
-    ({'start': (float('nan'), 0.0)},
-     'starts must be a list of [x, y] in metres, got [(nan, 0.0)]'),
-    ({'start': (-0.25, 2.25)}, "a start must be a cell where an episode can begin, but (1, 0) is "
+    ({'start': 'nan,0.0'}, 'starts must be a list of [x, y] in metres, got [[nan, 0.0]]'),
+    ({'start': 'here'}, "starts must be a list of [x, y] in metres, got ['here']"),
+    ({'start': '-0.25,2.25'}, "a start must be a cell where an episode can begin, but (1, 0) is "
      "'G'"),
 ])
 def test_a_wrong_parameter_is_rejected_with_the_rule_that_it_breaks(tmp_path, changes, message):
-    name = f'nav2:{write_map(tmp_path)}'
+    arguments = {'start': '-0.75,2.25', 'goal': '-0.25,2.25', **changes}
+    name = f'nav2:{write_map(tmp_path)}?' + '&'.join(
+        f'{key}={value}' for key, value in arguments.items() if value is not None)
     with pytest.raises(MapError) as error:
-        read_map(name, 'published', **{'start': (-0.75, 2.25), 'goal': (-0.25, 2.25), **changes})
+        read_map(name, 'published')
     assert str(error.value) == f'map {name!r}: {message}'
 
 
 def test_a_map_of_nav2_that_does_not_exist_is_named():
+    name = 'nav2:nowhere.yaml?start=[0, 0]&goal=[1, 0]'
     with pytest.raises(MapError) as error:
-        read_map('nav2:nowhere.yaml', 'published', start=(0.0, 0.0), goal=(1.0, 0.0))
-    assert str(error.value) == ("map 'nav2:nowhere.yaml': a map of Nav2 must be a readable file "
+        read_map(name, 'published')
+    assert str(error.value) == (f'map {name!r}: a map of Nav2 must be a readable file '
                                 '(no such file or directory)')
 
 

@@ -1,10 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """The worlds of textbooks that come with the package: their optima, without Gymnasium."""
 
+import numpy as np
 import pytest
 from table_planning import action_values, from_starts, optimal_values, outcomes, policy_values
 
+from comply_ros.learner.presets import find_method
+from comply_ros.learner.training import Training
 from comply_ros.storage.map_files import map_names, parse_map, read_map
+from comply_ros.world.grid import NO_ACTION
+from comply_ros.world.mdp import World
+from comply_ros.world.planning import expected_return, policy_probabilities
 from comply_ros.world.table import Table
 
 # What the tables of Gymnasium 1.4 give: FrozenLake-v1, CliffWalking-v1 and Taxi-v4.
@@ -88,3 +94,21 @@ def test_every_shipped_world_has_places_and_cells_to_draw(name):
     table = read_map(name, 'report')
     assert table.positions.shape == (len(table.terminal), 2)
     assert len(table.cells) == len(table.terminal)
+
+
+def test_on_the_cliff_q_learning_learns_the_edge_and_sarsa_the_safe_way():
+    """Sutton and Barto (2018), example 6.6: while learning, the edge earns less."""
+    world, nobody = World(read_map('cliff_walking', 'published')), np.full(48, NO_ACTION)
+
+    def learned(method, seed):
+        """Return the mean return of the last 300 episodes, and that of the learned policy."""
+        config = find_method(method, 'published')
+        training = Training(world, nobody, config, seed)
+        returns = [training.iterate().mean_return for _ in range(config.iterations)]
+        policy = policy_probabilities(world, training.learned().policy)
+        return np.mean(returns[-60:]), expected_return(world, policy)
+    safe, edge = (np.array([learned(method, seed) for seed in range(5)])
+                  for method in ('sarsa_epsilon', 'q_learning_epsilon'))
+    assert (edge[:, 1] == -13.0).all()  # the shortest way
+    assert np.median(safe[:, 1]) == -17.0  # one row away from the edge, and more
+    assert safe[:, 0].mean() > -35.0 > edge[:, 0].mean()  # -25 and -50 in the book's figure

@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Worlds of Gymnasium that have a table of their transitions, such as FrozenLake and Taxi."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from importlib import import_module
+from math import prod
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from comply_ros.storage.user_files import shown
+from comply_ros.world.grid import default_step_limit, MapError, MOST_STEPS
+from comply_ros.world.table import Table, Transitions
+
+
+def make_environment(name: str, arguments: Mapping[str, Any]) -> Any:
+    """
+    Return the environment of Gymnasium with a name, without rendering.
+
+    Parameters
+    ----------
+    name: as `gymnasium.make` takes it; `MODULE:NAME` imports a module first.
+    arguments: for the environment.
+
+    Raises
+    ------
+    MapError: if there is none, or it cannot be made with these arguments; the message says why.
+    ModuleNotFoundError: if Gymnasium is not installed.
+
+    """
+    import gymnasium
+    module, _, name_there = name.rpartition(':')
+    try:
+        if module:
+            import_module(module)
+        return gymnasium.make(name_there, **arguments)
+    except Exception as error:  # noqa: BLE001 - its author raises what they like
+        raise MapError(f'environment {shown(name)} cannot be made: {one_line(error)}') from None
+
+
+def one_line(error: BaseException) -> str:
+    """Return what an exception says, on one line of at most 300 characters."""
+    text = ' '.join(str(error).split()) or type(error).__name__
+    return text if len(text) <= 300 else text[:297] + '...'
+
+
+def gymnasium_table(name: str, arguments: Mapping[str, Any]) -> Table:
+    """
+    Return the world of an environment that has a table of its transitions.
+
+    Its actions are called `0`, `1` and so on. The step limit is that of the environment, or ten
+    times its states where it has none.
+
+    Raises
+    ------
+    MapError: for an environment that cannot be made, or has no table; naming what it lacks.
+
+    """
+    env = make_environment(name, arguments)
+    try:
+        return table_of_environment(env)
+    except MapError as error:
+        raise MapError(f'environment {shown(name)}: {error}') from None
+    finally:
+        env.close()
+
+
+def table_of_environment(env: Any) -> Table:
+    """
+    Return the world of an environment of Gymnasium, from its attribute `P`.
+
+    Raises
+    ------
+    MapError: if it has no discrete states and actions, no `P`, or starts that are not equally
+        likely; naming the rule and the value.
+
+    """
+    base = env.unwrapped
+    n_states, n_actions = (_size(kind, getattr(base, f'{kind}_space'))
+                           for kind in ('observation', 'action'))
+    transitions = getattr(base, 'P', None)
+    if transitions is None:
+        raise MapError('a map must have a table of its transitions, the attribute P, and this '
+                       'environment has none')
+    if len(transitions) != n_states:
+        raise MapError(f'P must have its {n_states} states, got {len(transitions)}')
+    limit = env.spec.max_episode_steps if env.spec else None
+    if limit is None or limit > MOST_STEPS:
+        limit = default_step_limit(n_states)
+    table = Table.from_transitions(
+        cast(Transitions, transitions), _starts(base), limit, tuple(map(str, range(n_actions))))
+    return _with_positions(table, base, n_states)
+
+
+def _size(kind: str, space: Any) -> int:
+    """Return the number of elements of a space that numbers its elements from 0."""
+    if type(space).__name__ != 'Discrete' or space.start != 0:
+        raise MapError(f'the {kind} space of a map must be Discrete and begin at 0, got '
+                       + shown(space))
+    return int(space.n)
+
+
+def _starts(base: Any) -> tuple[int, ...]:
+    chances = getattr(base, 'initial_state_distrib', None)
+    if chances is None:
+        raise MapError('a map must say where it starts, by the attribute initial_state_distrib, '
+                       'and this environment does not')
+    chances = np.asarray(chances, dtype=float)
+    starts = np.flatnonzero(chances)
+    if np.ptp(chances[starts]) > 1e-9:
+        raise MapError('the starts of a map must be equally likely, got chances from '
+                       f'{chances[starts].min():.3g} to {chances[starts].max():.3g}')
+    return tuple(starts.tolist())
+
+
+def _with_positions(table: Table, base: Any, n_states: int) -> Table:
+    """Return the table with the cells of a grid, where the environment has the size of one."""
+    shape = getattr(base, 'shape', None) or (getattr(base, 'nrow', 0), getattr(base, 'ncol', 0))
+    if len(shape) != 2 or prod(shape) != n_states:
+        return table
+    s = np.arange(table.n_states)  # one more than the environment has, where an end is apart
+    positions: NDArray[np.float64] = np.stack(
+        (s % shape[1] + 0.5, shape[0] - s // shape[1] - 0.5), axis=1).astype(float)
+    return replace(table, positions=positions)

@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Names of maps: one of the package, a file, `nav2:` a map of Nav2, `gym:` one of Gymnasium."""
+
+from pathlib import Path
+import re
+from typing import Any, NamedTuple
+from urllib.parse import unquote
+
+from comply_ros.storage.user_files import load_yaml, shown, YamlError
+from comply_ros.world.grid import MapError
+
+NAV2, GYM = SCHEMES = 'nav2', 'gym'
+OTHER_MAPS = 'a map file, gym:NAME of Gymnasium, or nav2:FILE?start=X,Y&goal=X,Y'  # for helps
+
+
+class MapName(NamedTuple):
+    """
+    What a name of a map such as `gym:FrozenLake-v1?map_name=8x8&is_slippery=false` says.
+
+    scheme: `nav2`, `gym`, or '' for a map of the package and for a map file.
+    target: the path, or the name of the map or environment.
+    arguments: by their names; always empty without a scheme.
+    """
+
+    scheme: str
+    target: str
+    arguments: dict[str, Any]
+
+
+def parse_map_name(name: str) -> MapName:
+    """
+    Return the parts of a name. Values of arguments are read as YAML, `%XX` as in an address.
+
+    Raises
+    ------
+    MapError: naming the argument that is wrong.
+
+    """
+    scheme, _, rest = name.partition(':')
+    if scheme not in SCHEMES:
+        return MapName('', name, {})
+    target, _, text = rest.partition('?')
+    arguments: dict[str, Any] = {}
+    for word in text.split('&') if text else ():
+        key, equals, value = word.partition('=')
+        if not key.isidentifier() or not equals:
+            raise MapError("an argument behind '?' must be NAME=VALUE, with '&' between two, got "
+                           + shown(word))
+        if key in arguments:
+            raise MapError(f'an argument must be there once, got {key!r} again')
+        try:
+            arguments[key] = load_yaml(unquote(value)).value
+        except YamlError as error:
+            raise MapError(f'argument {key}: {error.about("its value")}') from None
+    return MapName(scheme, target, arguments)
+
+
+def map_title(name: str) -> str:
+    """Return a map's name as people read it: a file without its folder and its ending."""
+    scheme, _, rest = name.partition(':')
+    if scheme == GYM:
+        return name
+    return Path(rest.partition('?')[0] if scheme == NAV2 else name).stem
+
+
+def file_stem(name: str) -> str:
+    """Return how the name of a file about a map begins, without letters that files lack."""
+    return re.sub(r'[:?&=/\\]+', '_', map_title(name))
+
+
+def is_path(name: str, names: list[str]) -> bool:
+    """Whether the name is the path of a file; names: of the maps of the package."""
+    return name not in names and name.partition(':')[0] not in SCHEMES
+
+
+def absolute_name(name: str, names: list[str]) -> str:
+    """Return a name that means the same map in any folder; names: as in `is_path`."""
+    scheme, colon, rest = name.partition(':')
+    if scheme == NAV2 and colon:
+        path, question, arguments = rest.partition('?')
+        return f'{NAV2}:{_absolute(path)}{question}{arguments}'
+    return _absolute(name) if is_path(name, names) else name
+
+
+def _absolute(path: str) -> str:
+    return str(Path(path).expanduser().resolve())
