@@ -10,6 +10,7 @@ import sys
 # Name: module with `main(argv)`, exit code when Ctrl-C ends it before the module takes over.
 EXECUTABLES = {
     'grid_world': ('nodes.grid_world', 0),
+    'gym_world': ('nodes.gym_world', 0),
     'mentor': ('nodes.mentor', 0),
     'learner': ('nodes.learner', 0),
     'teleop_mentor': ('nodes.teleop_mentor', 0),

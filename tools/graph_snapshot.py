@@ -19,7 +19,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from comply_ros.nodes.node_processes import ended_with_block, NodeProcess, parameter_arguments
-from comply_ros.nodes.parameters import ADVISING, BAG, BUDGET, Parameter, PORT, TEACH
+from comply_ros.nodes.parameters import ADVISING, BAG, BUDGET, ENV, Parameter, PORT, TEACH
 from comply_ros.nodes.ros_start import start_rclpy
 from comply_ros.terminal.standard_output import standard_output
 from tools.interfaces_markdown import Endpoint, NodeInterfaces, NodeKind, pages_of
@@ -39,6 +39,7 @@ Endpoints = tuple[tuple[Endpoint, ...], ...]  # publishers, subscribers, servers
 
 NODE_KINDS = (
     NodeKind('grid_world', 'grid_world', 'grid_world'),
+    NodeKind('gym_world', 'gym_world', 'gym_world', {ENV: 'FrozenLake-v1'}),
     NodeKind('mentor', 'mentor', 'mentor'),
     NodeKind('mentor', 'mentor', 'mentor', {BUDGET: 1, ADVISING: 'mistakes'},
              'with a `budget` and `advising:=mistakes`'),

@@ -59,6 +59,7 @@ PURPOSES = {
     '~/pause': 'Pause the world (true) or resume it (false); no message is lost.',
     '~/step': 'Take one step while the world is paused.',
     ('grid_world', '~/reset'): 'Start a new run, as after a fresh start.',
+    ('gym_world', '~/reset'): 'Start a new run, as after a fresh start.',
     ('learner', '~/reset'): 'Forget everything that was learned.'}
 DEFINED_HERE = ('comply_msgs', 'std_srvs')  # packages with definitions on the page
 

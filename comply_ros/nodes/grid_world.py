@@ -25,11 +25,13 @@ from comply_ros.nodes.topics import (
 )
 from comply_ros.protocol.grid_world import GridWorld
 from comply_ros.protocol.messages import Action, Outputs, step_id, StepId, WorldDescription
+from comply_ros.protocol.moves import Moves
 from comply_ros.protocol.validation import rejected_description
 from comply_ros.storage.map_files import read_map
 from comply_ros.storage.map_name import map_title
 from comply_ros.storage.state_store import StateError
 from comply_ros.world.grid import MapError
+from comply_ros.world.mdp import Source
 
 # Seconds before an unanswered observation is repeated, at first and at most.
 FIRST_PAUSE, LONGEST_PAUSE = 0.02, 5.0
@@ -38,21 +40,23 @@ FIRST_PAUSE, LONGEST_PAUSE = 0.02, 5.0
 class GridWorldNode(ProtocolNode):
     """Publishes the description of the world, then one observation for each action."""
 
+    node_name = 'grid_world'
+
     def __init__(self, **kwargs: Any) -> None:
-        super().__init__('grid_world', **kwargs)
-        name, profile, seed = (self.declare(each) for each in (MAP, PROFILE, SEED))
-        source, map_name = read_map(name, profile), map_title(name)
-        self.machine = GridWorld(source, map_name, new_run(), seed, time.time_ns())
+        super().__init__(self.node_name, **kwargs)
+        seed = self.declare(SEED)
+        source, name, moves = self.make_world(seed)
+        self.machine = GridWorld(source, name, new_run(), seed, time.time_ns(), moves)
         check_description_size(description_size(self.machine.description))
         self._started = time.monotonic()
         saved = self.checkpointing.load(
-            {'map': map_text(map_name, source.sha256), 'seed': seed}, (Action,))
+            {'map': map_text(name, source.sha256), 'seed': seed}, (Action,))
         if saved:
             self.machine.load_state_dict(*saved)
             self.get_logger().info(f'continues at step id {step_id(self.machine.observation)}')
         for topic in (WORLD, STATE, EPISODE):
             self.advertise(topic)
-        self.subscribe(ACTION, self.machine.on_action)
+        self.subscribe(ACTION, self.on_action)
         self.subscribe(WORLD, self.on_world, also_blocked=True)
         self.serve(SetBool, PAUSE, self.pause)
         self.serve(Trigger, STEP, self.step)
@@ -68,6 +72,19 @@ class GridWorldNode(ProtocolNode):
             self._set_rate, lambda values: check_rate(values.get('rate', rate)))
         self._set_rate({'rate': rate})
         self.respond(self.machine.last_outputs())
+
+    def make_world(self, seed: int) -> tuple[Source, str, Moves | None]:
+        """
+        Declare the parameters of the world; return it, its name, and how it moves.
+
+        seed: of all that is random in it. None for how it moves: by its model.
+        """
+        name, profile = self.declare(MAP), self.declare(PROFILE)
+        return read_map(name, profile), map_title(name), None
+
+    def on_action(self, msg: Action) -> Outputs:
+        """Return outputs for an action of the learner."""
+        return self.machine.on_action(msg)
 
     def on_world(self, msg: WorldDescription) -> Outputs:
         """Return outputs for another world on the same topics."""

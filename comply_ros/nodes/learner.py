@@ -182,7 +182,8 @@ class LearnerNode(ProtocolNode):
     def _load(self, identity: dict[str, Any]) -> None:
         """Continue from the saved state, if there is one."""
         saved, machine = self.checkpointing.load(
-            identity, (AnsweredObservation, ReceivedAdvice), {'learns': True}), self.machine
+            identity, (AnsweredObservation, ReceivedAdvice),
+            {'learns': True, 'epsilon': 0.0}), self.machine
         self._home: str | None = None  # the hash of the world that the state is of
         if saved is None:
             return

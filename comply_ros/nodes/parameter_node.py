@@ -174,12 +174,12 @@ class SafeParameterNode(Node):
             given.value = ParameterValue(
                 type=ParameterType.PARAMETER_DOUBLE, double_value=float(value))
         elif given.value.type != declared.type_.value:
-            return _type_rule(declared.name, type(declared.value), value)
+            return _type_rule(declared.name, _kind(declared.value), value)
         return ''
 
     def _type_rule(self, parameter: Parameter) -> str:
         """Sentence about a parameter that was given a value of another type."""
-        return _type_rule(parameter.name, type(parameter.default), self._override(parameter))
+        return _type_rule(parameter.name, _kind(parameter.default), self._override(parameter))
 
     def _override(self, parameter: Parameter) -> Any:
         """Value that was given on the command line or in a file, None where none was."""
@@ -216,10 +216,16 @@ def descriptor(parameter: Parameter) -> ParameterDescriptor:
     return result
 
 
-def _type_rule(name: str, wanted: type, value: Any) -> str:
+def _kind(value: Any) -> Any:
+    """Type of a value; of a list, with that of its elements."""
+    return list[type(value[0])] if isinstance(value, list) and value else type(value)
+
+
+def _type_rule(name: str, wanted: Any, value: Any) -> str:
     """Sentence about a value of another type than wanted, with how to write it."""
     rule = {bool: 'true or false', int: 'an integer such as 1', float: 'a double such as 1.0',
-            str: 'a string', list: 'a list of strings such as [state, action]'}[wanted]
+            str: 'a string', list[str]: 'a list of strings such as [state, action]',
+            list[int]: 'a list of integers such as [40, 40]'}[wanted]
     if wanted is str and isinstance(value, bool | int | float):
         rule += ' (in quotes, as it looks like something else)'
     elif wanted is not str and isinstance(value, str) and (

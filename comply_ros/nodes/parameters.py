@@ -40,6 +40,17 @@ def _from_metadata(name, default, metadata, read_only):
 
 
 MAP = Parameter('map', 'maze', f'Name of a map of this package, {OTHER_MAPS}')
+ENV = Parameter('env', '', 'Name of an environment of Gymnasium, such as MountainCar-v0')
+ENV_ARGS = Parameter(
+    'env_args', '{}', "Arguments of the environment as a table, such as '{is_slippery: false}'")
+MODULE = Parameter(
+    'module', '', 'Module of your own to import first, which registers the environment')
+BINS = Parameter(
+    'bins', [20], 'Of a Box of observations: number of intervals in each dimension; one number is '
+    'for all of them')
+LIMITS = Parameter(
+    'limits', '', "Of a Box of observations: LOW,HIGH of each dimension, with ';' between two; "
+    'empty: those of the environment')
 PROFILE = Parameter(
     'profile', 'published', 'Settings of the text of the report, or of the runs behind its '
     'figures', choices=tuple(METHODS))

@@ -33,7 +33,8 @@ def run_node(make_node: Callable[[], Any], argv: list[str],
     make_node: called without arguments; the node's `mistake`, if set, ends it, and so does
         `has_ended`, if it is true; its `leave()` is called at the end.
     argv: the command line.
-    mistakes: exception types whose message is for the user: printed on one line, exit code 2.
+    mistakes: exception types whose message is for the user: printed on one line, exit code 2,
+        or that of its attribute `exit_code`.
     spin: called with the node and the `StopFlag` instead of spinning it in the ordinary way.
 
     """
@@ -47,7 +48,7 @@ def run_node(make_node: Callable[[], Any], argv: list[str],
                 (spin or _spin)(make_node(), stop)
     except (RosStartError, *mistakes) as mistake:
         print(f'{Path(argv[0]).name}: {mistake}', file=sys.stderr)
-        return 2
+        return getattr(mistake, 'exit_code', 2)
     finally:
         for number in (signal.SIGINT, signal.SIGTERM):  # a second one finds nothing to interrupt
             signal.signal(number, signal.SIG_IGN)

@@ -6,10 +6,7 @@ from __future__ import annotations
 from collections import deque
 from typing import Any
 
-import numpy as np
-
 from comply_ros.numerics.jit import plain_view
-from comply_ros.numerics.rng import random_streams, UniformRows
 from comply_ros.protocol.messages import (
     Action,
     ANYONE,
@@ -25,18 +22,12 @@ from comply_ros.protocol.messages import (
     step_id,
     WorldDescription,
 )
+from comply_ros.protocol.moves import ModelMoves, Moves
 from comply_ros.protocol.pause_gate import PauseGate
 from comply_ros.protocol.validation import rejected_run, validate_confidence
 from comply_ros.protocol.world_description import describe_world, world_from_description
-from comply_ros.world.grid import MapError, NO_ACTION
-from comply_ros.world.mdp import (
-    drawn_outcome,
-    first_state,
-    Source,
-    taken_action,
-    World,
-    WorldArrays,
-)
+from comply_ros.world.grid import NO_ACTION
+from comply_ros.world.mdp import Source, World
 
 RELEASE = 3.0  # seconds without a message of its learner after which a run takes any learner
 ESTABLISHED = 3.0  # seconds after which a world has received those that were there before it
@@ -59,10 +50,11 @@ class GridWorld:
     run: number that tells this run from every other.
     seed: of starts and slips.
     began: system time at the start of the run, in nanoseconds since 1970, for people to read.
+    moves: how it moves; None: by its model.
 
     Raises
     ------
-    MapError: for a world without a model.
+    MapError: for a world without a model, if it has no other way to move.
 
     Attributes
     ----------
@@ -76,17 +68,11 @@ class GridWorld:
 
     """
 
-    def __init__(self, source: Source, name: str, run: int, seed: int, began: int = 0) -> None:
-        self._world, self._seed = World(source), seed
-        if self._world.model == 'none':
-            raise MapError('a world that moves by actions must have a model, got one without')
-        self._draws = UniformRows(random_streams(seed)[0], 1)
-        views: list[Any] = [plain_view(each) if isinstance(each, np.ndarray) else each
-                            for each in self._world.arrays()]
-        self._arrays = WorldArrays(*views)
-        self._is_grid, self._limit = self._world.model == 'grid', source.step_limit
+    def __init__(self, source: Source, name: str, run: int, seed: int, began: int = 0,
+                 moves: Moves | None = None) -> None:
+        self._world = World(source)
+        self._moves = moves or ModelMoves(self._world, seed)
         self._available = plain_view(self._world.available)
-        self._terminal = self._arrays.terminal
         self.description = describe_world(source, name, run, began)
         self.journal_entries: list[Action] = []
         self.needs_checkpoint, self.inactive, self.learner_messages = True, False, 0
@@ -100,7 +86,7 @@ class GridWorld:
     @property
     def step_count(self) -> int:
         """Number of observations so far."""
-        return self._draws.used
+        return self._moves.used
 
     def allow_gap(self) -> None:
         """Do nothing: the observation stays open until it is answered."""
@@ -196,7 +182,7 @@ class GridWorld:
         """
         before = self.description.run
         self.description = self.description._replace(run=run, began=began, replaces=before)
-        self._draws = UniformRows(random_streams(self._seed)[0], 1)
+        self._moves.restart()
         self.reports.clear()
         self._learner, self._others = ANYONE, {}
         self._messages_before = self.learner_messages
@@ -224,7 +210,7 @@ class GridWorld:
     def state_dict(self) -> tuple[dict[str, Any], dict[str, Any]]:
         """Return everything needed to continue later: values for JSON, and no arrays."""
         return {'run': self.description.run, 'began': self.description.began,
-                'replaces': self.description.replaces, 'observations': self._draws.used,
+                'replaces': self.description.replaces, **self._moves.state_dict(),
                 'observation': self.observation, 'return': self._return,
                 'learner': self._learner, 'reports': list(self.reports)}, {}
 
@@ -233,8 +219,7 @@ class GridWorld:
         """Continue from a checkpoint, then repeat the actions of its journal."""
         self.description = self.description._replace(
             **{name: values[name] for name in ('run', 'began', 'replaces')})
-        self._draws = UniformRows(random_streams(self._seed)[0], 1)
-        self._draws.skip_to(values['observations'])
+        self._moves.load_state_dict(values)
         self.observation, self._return = StateReward(*values['observation']), values['return']
         self._learner = values['learner']
         self.reports.extend(Episode(*each) for each in values['reports'])
@@ -281,12 +266,9 @@ class GridWorld:
         if terminated or truncated:
             self.observation = self._start_episode(episode + 1)
             return (self.observation,)
-        u, = self._draws.row()
-        reward, s2 = self._move(s, action, u)
+        reward, s2, terminated, truncated = self._moves.move(step, s, action)
         step += 1
         self._return += reward
-        terminated = self._terminal[s2]
-        truncated = not terminated and step == self._limit
         self.observation = StateReward(run, episode, step, s2, reward, terminated, truncated,
                                        self._learner)
         if not (terminated or truncated):
@@ -294,17 +276,7 @@ class GridWorld:
         self.reports.append(Episode(run, episode, step, self._return, terminated, truncated))
         return (self.reports[-1], self.observation)
 
-    def _move(self, s: int, action: int, u: float) -> tuple[float, int]:
-        """Return the reward and the next state of an action. u: uniform in [0, 1)."""
-        world = self._arrays
-        if self._is_grid:
-            taken = taken_action(s, action, u, world.intended, world.slips)
-            return world.reward[s, taken], world.successor[s, taken]
-        k = drawn_outcome(s, action, u, world.first, world.probability, world.actions)
-        return world.outcome_reward[k], world.outcome[k]
-
     def _start_episode(self, episode: int) -> StateReward:
         self._return = 0.0
-        u, = self._draws.row()
-        return StateReward(self.description.run, episode, 0,
-                           first_state(u, self._arrays.starts), 0.0, False, False, self._learner)
+        return StateReward(self.description.run, episode, 0, self._moves.start(episode), 0.0,
+                           False, False, self._learner)

@@ -80,9 +80,9 @@ def test_nodes_of_other_names_are_shown_and_controlled(dashboard, tmp_path):
     with nodes(tmp_path, **renamed(grid_world='other_world', mentor='other_mentor',
                                    learner='other_learner')):
         state = updated(dashboard, lambda state: set(state.parameters['learner']) and set(
-            state.parameters['grid_world']) and run_state_text(state) == 'running', 'lesson')
+            state.parameters['grid_world']) and run_state_text(state) == 'running' and set(
+                state.nodes) == {'other_world', 'other_mentor', 'other_learner'}, 'lesson')
         assert state.parameters['grid_world']['rate'].value == 50.0
-        assert {'other_world', 'other_mentor', 'other_learner'} == set(state.nodes)
         assert alarm_text(state) == ''
         called(dashboard, dashboard.set_remote_parameter('grid_world', 'rate', 20.0))
         called(dashboard, dashboard.set_remote_parameter('learner', 'discount', 0.5))

@@ -101,7 +101,8 @@ def table_digest(table, name, seed):
     return learning.state.digest(), repr(results)
 
 
-@pytest.mark.parametrize('n_actions', [3, 20])  # compiled for their number, and with loops
+@pytest.mark.parametrize('n_actions', [  # compiled for their number, and with loops
+    3, pytest.param(20, marks=pytest.mark.long)])
 @given(data=st.data())
 @examples(25)
 def test_compiled_and_plain_give_the_same_bits_in_any_table(n_actions, data):

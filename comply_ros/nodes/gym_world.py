@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The node `gym_world`: a world that is moved by an environment of Gymnasium."""
+
+from importlib import import_module
+from typing import Any
+
+from comply_ros.nodes.grid_world import GridWorldNode
+from comply_ros.nodes.parameters import BINS, ENV, ENV_ARGS, LIMITS, MODULE, ParameterError
+from comply_ros.nodes.spin import run_node
+from comply_ros.nodes.topics import MessageError
+from comply_ros.numerics.number_text import NumberError, read_number
+from comply_ros.protocol.messages import Action, Outputs
+from comply_ros.protocol.moves import Moves
+from comply_ros.storage.environment_moves import (
+    environment_source,
+    EnvironmentFault,
+    EnvironmentMoves,
+    StateNumbers,
+)
+from comply_ros.storage.gymnasium_worlds import make_environment, one_line
+from comply_ros.storage.state_store import StateError
+from comply_ros.storage.user_files import load_yaml, YamlError
+from comply_ros.world.grid import MapError
+from comply_ros.world.mdp import Source
+
+
+class GymWorldNode(GridWorldNode):
+    """
+    Publishes the observations of an environment as states, as `GridWorldNode` does those of a map.
+
+    An exception of the environment ends the node, with exit code 1.
+    """
+
+    node_name = 'gym_world'
+
+    def make_world(self, seed: int) -> tuple[Source, str, Moves | None]:
+        """Declare the parameters of the world; return it, its name, and how it moves."""
+        name, arguments, module, bins, limits = (
+            self.declare(each) for each in (ENV, ENV_ARGS, MODULE, BINS, LIMITS))
+        if not name:
+            raise ParameterError('parameter env must be the name of an environment, such as '
+                                 'FrozenLake-v1, got none')
+        if module:
+            import_own(module)
+        env = make_environment(name, read_arguments(arguments))
+        numbers = StateNumbers(env.observation_space, bins, read_limits(limits))
+        source = environment_source(env, numbers)
+        return source, name, EnvironmentMoves(env, name, source, numbers, seed)
+
+    def on_action(self, msg: Action) -> Outputs:
+        """Return outputs for an action of the learner."""
+        try:
+            return self.machine.on_action(msg)
+        except EnvironmentFault as fault:
+            self.mistake = fault
+            return ()
+
+
+def import_own(module: str) -> None:
+    """
+    Import a module that registers environments.
+
+    Raises
+    ------
+    ParameterError: if that fails, saying why.
+
+    """
+    try:
+        import_module(module)
+    except Exception as error:  # noqa: BLE001 - its author raises what they like
+        raise ParameterError(f'parameter module must be a module that can be imported, got '
+                             f'{module!r} ({one_line(error)})') from None
+
+
+def read_arguments(text: str) -> dict[str, Any]:
+    """
+    Return the arguments of an environment from YAML.
+
+    Raises
+    ------
+    ParameterError: unless it is a table whose keys are names.
+
+    """
+    try:
+        arguments = load_yaml(text).value if text.strip() else {}
+    except YamlError as error:
+        raise ParameterError(error.about('parameter env_args')) from None
+    if not isinstance(arguments, dict) or not all(
+            isinstance(key, str) and key.isidentifier() for key in arguments):
+        raise ParameterError("parameter env_args must be a table such as '{is_slippery: false}', "
+                             f'got {text!r:.80}')
+    return arguments
+
+
+def read_limits(text: str) -> list[tuple[float, float]]:
+    """
+    Return (low, high) of each dimension from text such as `-1.2,0.6; -0.07,0.07`.
+
+    Raises
+    ------
+    ParameterError: for any other text.
+
+    """
+    try:
+        pairs = [[float(read_number(word)) for word in part.split(',')]
+                 for part in text.split(';')] if text.strip() else []
+    except NumberError:
+        pairs = [[]]
+    if any(len(pair) != 2 for pair in pairs):
+        raise ParameterError("parameter limits must be LOW,HIGH of each dimension, with ';' "
+                             f"between two, such as '-1.2,0.6; -0.07,0.07', got {text!r:.80}")
+    return [(low, high) for low, high in pairs]
+
+
+def main(argv: list[str]) -> int:
+    """Run the node; return the exit code."""
+    return run_node(GymWorldNode, argv, (
+        ParameterError, MapError, MessageError, StateError, EnvironmentFault))
