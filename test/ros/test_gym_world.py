@@ -3,7 +3,7 @@
 
 import os
 
-from node_processes import nodes, run
+from node_processes import log_has, nodes, run
 import pytest
 from short_training import digest_of
 from waiting import wait_until
