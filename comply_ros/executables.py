@@ -18,6 +18,7 @@ EXECUTABLES = {
     'viewer': ('nodes.viewer', 0),
     'record': ('nodes.record', 0),
     'fault_injector': ('nodes.fault_injector', 0),
+    'check': ('nodes.check', 130),
     'lesson': ('nodes.lesson', 130),
     'train': ('experiments.train', 130),
     'reproduce': ('experiments.reproduce', 130),

@@ -9,9 +9,15 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 worlds = {}
 
 
+def on_world(msg):
+    """Remember a world, if its messages are of the version that this node is written for."""
+    if msg.protocol == WorldDescription.PROTOCOL:
+        worlds[msg.run] = msg
+
+
 def on_state(msg):
     """Publish the advice in a state; a world that is not known yet repeats its message."""
-    if msg.run in worlds:
+    if msg.run in worlds and not msg.terminated:
         publisher.publish(Recommendation(
             run=msg.run, episode=msg.episode, step=msg.step, state=msg.state,
             action=advice(msg.state, worlds[msg.run])))
@@ -30,8 +36,7 @@ def advice(state, world):
 rclpy.init()
 node = rclpy.create_node('own_mentor')
 publisher = node.create_publisher(Recommendation, 'recommendation', LATCHED)
-node.create_subscription(
-    WorldDescription, 'world', lambda msg: worlds.update({msg.run: msg}), LATCHED)
+node.create_subscription(WorldDescription, 'world', on_world, LATCHED)
 node.create_subscription(StateReward, 'state', on_state, LATCHED)
 try:
     rclpy.spin(node)

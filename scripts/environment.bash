@@ -208,7 +208,7 @@ add_packages() {
 
 make_build() {
   check_compiler
-  say '  2/2  messages and nodes, colcon build (half a minute) ...'
+  say '  2/2  messages and nodes, colcon build (a minute) ...'
   local sources log=$root/build.log
   sources=$(list_sources)
   rm -f "$install/made-from" "$install/variables"

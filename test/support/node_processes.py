@@ -5,6 +5,7 @@ from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
 import os
 from pathlib import Path
+import re
 import subprocess
 import sys
 
@@ -13,6 +14,7 @@ from waiting import DEADLINE
 from comply_ros.nodes.node_processes import NodeProcess, run_nodes, START
 
 ROOT = Path(__file__).parents[2]
+PORT_RACE = re.compile(r'.*RTPS_TRANSPORT_SHM.*Failed init_port.*\n')
 
 
 def log_has(node: NodeProcess, text: str) -> Callable[[], bool]:
@@ -37,9 +39,20 @@ def nodes(folder: Path, **arguments: Sequence[str]) -> Generator[dict[str, NodeP
 def run(name: str, *arguments: str, timeout: float = DEADLINE,
         **environment: str) -> subprocess.CompletedProcess:
     """Run an executable to its end; return it with `returncode`, `stdout` and `stderr`."""
-    return subprocess.run(
+    return without_port_races(subprocess.run(
         [sys.executable, '-c', START.format(name), *arguments], capture_output=True, text=True,
-        timeout=timeout, check=False, env={**os.environ, **environment})
+        timeout=timeout, check=False, env={**os.environ, **environment}))
+
+
+def without_port_races(done: subprocess.CompletedProcess) -> subprocess.CompletedProcess:
+    """
+    Return a process without what Fast DDS prints where two participants start at the same time.
+
+    Both look for a free port of the shared memory, from 7000 on, in whatever domain they are. The
+    one that comes second prints an error, and takes the next port.
+    """
+    done.stderr = PORT_RACE.sub('', done.stderr)
+    return done
 
 
 def tool_command(name: str, *arguments: str) -> list[str]:
@@ -49,5 +62,6 @@ def tool_command(name: str, *arguments: str) -> list[str]:
 
 def run_tool(name: str, *arguments: str, timeout: float = DEADLINE) -> subprocess.CompletedProcess:
     """Run a tool to its end; return it with `returncode`, `stdout` and `stderr`."""
-    return subprocess.run(tool_command(name, *arguments), cwd=ROOT, capture_output=True,
-                          text=True, timeout=timeout, check=False)
+    return without_port_races(subprocess.run(
+        tool_command(name, *arguments), cwd=ROOT, capture_output=True, text=True, timeout=timeout,
+        check=False))

@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a check of a node has found about each rule, and how it talks to the node."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple, Protocol
+
+PASS, FAIL, NOT_REACHED = 'PASS', 'FAIL', 'NOT REACHED'
+# Rules with a SHOULD: a node that breaks them works, but is less robust, or shows less.
+SHOULD = frozenset(('P9', 'P12', 'W14', 'W15', 'W19', 'W20', 'W21', 'M4', 'M6', 'L11', 'L13',
+                    'L17'))
+SHOWN_MESSAGES = 4  # of those that show a failure
+
+
+class Heard(NamedTuple):
+    """A message that was received, and when, in seconds of the channel's clock."""
+
+    time: float
+    message: Any
+
+
+class Verdict(NamedTuple):
+    """
+    What was found about a rule.
+
+    Attributes
+    ----------
+    rule: its number on the page of the protocol, such as `W6`.
+    result: `PASS`, `FAIL`, or `NOT REACHED` where the check saw nothing that the rule is about.
+    expected, got: of a failure, in words.
+    messages: those that show the failure, the last one last.
+
+    """
+
+    rule: str
+    result: str = NOT_REACHED
+    expected: str = ''
+    got: str = ''
+    messages: tuple[Any, ...] = ()
+
+
+class Channel(Protocol):
+    """
+    How a check talks to the node that it checks.
+
+    Attributes
+    ----------
+    heard: all messages of the node so far, by the name of their type.
+
+    """
+
+    heard: dict[str, list[Heard]]
+
+    def now(self) -> float:
+        """Return the time in seconds."""
+        ...
+
+    def send(self, message: Any) -> None:
+        """Publish a message."""
+        ...
+
+    def wait(self, condition: Callable[[], Any], seconds: float) -> bool:
+        """Wait until a condition is true, at most so many seconds; return whether it is."""
+        ...
+
+    def reset(self) -> bool:
+        """Ask the node to start anew; return False if it cannot be asked."""
+        ...
+
+
+class RuleReport:
+    """
+    Collects verdicts: a rule passes when it was seen kept, and never broken.
+
+    rules: a short title of each, by its number, in the order of the page.
+    """
+
+    def __init__(self, rules: Mapping[str, str]) -> None:
+        self._verdicts = {rule: Verdict(rule) for rule in rules}
+
+    def check(self, rule: str, kept: object, expected: str, got: object = '',
+              *messages: Any) -> bool:
+        """Note whether a rule was kept, and what shows it if it was not; return whether it was."""
+        before = self._verdicts[rule]
+        if before.result != FAIL:
+            self._verdicts[rule] = Verdict(rule, PASS) if kept else Verdict(
+                rule, FAIL, expected, str(got), messages[-SHOWN_MESSAGES:])
+        return bool(kept)
+
+    def verdicts(self) -> tuple[Verdict, ...]:
+        """Return the verdicts in the order of the rules."""
+        return tuple(self._verdicts.values())
+
+
+def breaks_a_must(verdicts: tuple[Verdict, ...]) -> bool:
+    """Tell whether a rule with a MUST was broken."""
+    return any(each.result == FAIL and each.rule not in SHOULD for each in verdicts)
+
+
+def summary(name: str, verdicts: tuple[Verdict, ...]) -> str:
+    """Return one line about all verdicts, for a badge."""
+    counts = {result: sum(each.result == result for each in verdicts)
+              for result in (PASS, FAIL, NOT_REACHED)}
+    weak = sum(each.result == FAIL and each.rule in SHOULD for each in verdicts)
+    return (f'{name}: {counts[PASS]} passed, {counts[FAIL]} failed'
+            + (f' ({weak} of them only a SHOULD)' if weak else '')
+            + f', {counts[NOT_REACHED]} not reached')
