@@ -2,6 +2,7 @@
 """A learner node: Q-learning that follows the advice that it has in every second state."""
 
 from collections import defaultdict
+from contextlib import suppress
 import random
 
 from comply_msgs.msg import Action, Recommendation, StateReward, WorldDescription
@@ -10,7 +11,6 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 NUMBER = random.randrange(1, 2 ** 32)
-RATE, EPSILON = 0.2, 0.1
 world = asked = answer = expected = held = None
 advice, q = {}, defaultdict(float)
 
@@ -18,8 +18,7 @@ advice, q = {}, defaultdict(float)
 def on_world(msg):
     """Follow the first world, and the same one after a reset (rules P8 and P9)."""
     global world, answer, expected
-    if msg.protocol == WorldDescription.PROTOCOL and (
-            world is None or msg.replaces == world.run):
+    if msg.protocol == 2 and (not world or msg.replaces == world.run):
         world, answer, expected = msg, None, (1, 0)
 
 
@@ -27,7 +26,7 @@ def on_state(msg):
     """Answer the next observation; repeat the answer to the last one (L3 to L6, L12, L13)."""
     global asked, answer, expected, held
     here = msg.episode, msg.step
-    if world is None or msg.run != world.run or msg.learner not in (0, NUMBER):
+    if not world or msg.run != world.run or msg.learner not in (0, NUMBER):
         return
     last = (answer.episode, answer.step) if answer else (0, 0)
     if here == last:
@@ -38,8 +37,8 @@ def on_state(msg):
     over = msg.terminated or msg.truncated
     if here == expected and msg.step and answer:
         learn(asked[-1], answer.action, msg)
-    action = Action.NONE if over else choose(msg.state)
-    answer = Action(run=msg.run, episode=msg.episode, step=msg.step, action=action, learner=NUMBER)
+    answer = Action(run=msg.run, episode=msg.episode, step=msg.step, learner=NUMBER,
+                    action=Action.NONE if over else choose(msg.state))
     asked, held = (msg.run, *here, msg.state), None
     expected = (msg.episode + 1, 0) if over else (msg.episode, msg.step + 1)
     actions.publish(answer)
@@ -54,15 +53,15 @@ def on_recommendation(msg):
 def learn(s, a, msg):
     """Move the value of a step towards what it earned (Q-learning)."""
     best = 0.0 if msg.terminated else max(q[msg.state, b] for b in available(msg.state))
-    q[s, a] += RATE * (msg.reward + best - q[s, a])
+    q[s, a] += 0.2 * (msg.reward + best - q[s, a])
 
 
 def available(s):
     """Return the actions of a state; in a grid, those that do not leave it."""
     if world.model != WorldDescription.GRID:
         return range(len(world.actions))
-    width, height = len(world.grid.rows[0]), len(world.grid.rows)
-    inside = s % width > 0, s % width < width - 1, s >= width, s < width * (height - 1)
+    width = len(world.grid.rows[0])
+    inside = s % width > 0, s % width < width - 1, s >= width, s < world.states - width
     return [a for a in range(4) if inside[a]]
 
 
@@ -70,8 +69,8 @@ def choose(s):
     """Return the advice, any action, or the best one."""
     if s % 2 and advice.get(s, -1) >= 0:
         return advice[s]
-    if random.random() < EPSILON:
-        return random.choice(list(available(s)))
+    if random.random() < 0.1:
+        return random.choice(available(s))
     return max(available(s), key=lambda a: q[s, a])
 
 
@@ -81,7 +80,5 @@ actions = node.create_publisher(Action, 'action', LATCHED)
 node.create_subscription(WorldDescription, 'world', on_world, LATCHED)
 node.create_subscription(StateReward, 'state', on_state, LATCHED)
 node.create_subscription(Recommendation, 'recommendation', on_recommendation, LATCHED)
-try:
+with suppress(KeyboardInterrupt):
     rclpy.spin(node)
-except KeyboardInterrupt:
-    pass
