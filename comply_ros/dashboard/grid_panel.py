@@ -3,13 +3,14 @@
 
 import asyncio
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from nicegui import events, ui
 import numpy as np
 from numpy.typing import NDArray
 
-from comply_ros.dashboard import grid_svg
+from comply_ros.dashboard import grid_svg, state_svg
 from comply_ros.dashboard.dashboard_node import PageState, RunSnapshot
 from comply_ros.dashboard.header_bar import succeeds
 from comply_ros.dashboard.mentor_thread import MentorThread
@@ -26,6 +27,7 @@ class GridPanel:
         self.paint_tool, self._thread = PaintTool(), mentor_thread
         self._world: World | None = None
         self._shown: dict[str, tuple] = {}  # by layer: what was drawn
+        self._painters: dict[str, Callable[..., str]] = {}
         with ui.column().classes('panel'):
             # One line whatever the step id is: two would move the picture that a person paints on.
             with ui.row().classes('w-full items-center gap-3 no-wrap'):
@@ -51,42 +53,37 @@ class GridPanel:
             return
         if run.world is not self._world:
             self._make_picture(run.world)
-        world, msg = run.world, reports.observation
+        msg = reports.observation
         self._step_id.text = f'episode {msg.episode}, step {msg.step}' if msg else ''
-        if world.model != 'grid':
-            return
-        self._draw('mentor', grid_svg.mentor_arrows, world, self._mentor_policy(run),
-                   reports.trust, reports.policy)
-        self._draw('learner', grid_svg.learner_arrows, world,
-                   reports.policy if self._show_learner.value else None)
         waits = bool(self._thread and self._thread.mentor.steering and msg)
-        self._draw('robot', grid_svg.robot, world.grid, msg and msg.state, waits)
+        shown = {'mentor': (self._mentor_policy(run), reports.trust, reports.policy),
+                 'learner': (reports.policy if self._show_learner.value else None,),
+                 'robot': (msg and msg.state, waits)}
+        for layer, what in shown.items():
+            self._draw(layer, *what)
 
     def _make_picture(self, world: World) -> None:
         """Make the picture of a world, without arrows and robot."""
         self._world, self._shown = world, {}
         self._frame.clear()
-        if world.model != 'grid':
-            self._note.text = f'(no picture: the world is no grid, it has {world.n_states} states)'
-            return
-        width, height = grid_svg.size(world.grid)
-        self._note.text = '' if len(world.free) <= grid_svg.MAX_CELLS else (
-            f'(arrows are drawn for at most {grid_svg.MAX_CELLS} cells)')
+        is_painted = bool(self._thread and world.model == 'grid')
+        self._painters, (width, height), content = _picture_of(world)
+        self._note.text = _note_on(world)
         with self._frame:
             image = ui.interactive_image(
-                size=(width, height), content=grid_svg.cells(world), sanitize=False, events=[])
-        for event in POINTER_EVENTS if self._thread else ():
+                size=(width, height), content=content, sanitize=False, events=[])
+        for event in POINTER_EVENTS if is_painted else ():
             image.on(event, self._on_pointer, js_handler=POINTER)
-        image.classes('world painting' if self._thread else 'world').style(
+        image.classes('world painting' if is_painted else 'world').style(
             f'--shape: {width / height:.4f}; --tall: {"55vh" if self._thread else "70vh"}')
         self._layers = {name: image.add_layer() for name in ('mentor', 'learner', 'robot')}
 
-    def _draw(self, layer: str, draw: Callable[..., str], place: Any, *shown: Any) -> None:
+    def _draw(self, layer: str, *shown: Any) -> None:
         """Draw a layer if what it shows has changed; nothing where the first of it is None."""
         before = self._shown.get(layer)
         if before is None or not all(a is b for a, b in zip(before, shown)):
             self._shown[layer] = shown
-            self._layers[layer].content = '' if shown[0] is None else draw(place, *shown)
+            self._layers[layer].content = '' if shown[0] is None else self._painters[layer](*shown)
 
     def _mentor_policy(self, run: RunSnapshot) -> NDArray[np.int8] | None:
         """Return the mentor's policy; one that is painted here needs no way over a topic."""
@@ -114,3 +111,26 @@ class GridPanel:
             cells = tool.move(world, s)
         if cells:
             await succeeds(asyncio.wrap_future(thread.call('paint', cells)))
+
+
+def _picture_of(world: World) -> tuple[dict[str, Callable[..., str]], tuple[int, int], str]:
+    """Return what draws each layer of a world, the size of its picture, and what never moves."""
+    if world.model == 'grid':
+        return ({'mentor': partial(grid_svg.mentor_arrows, world),
+                 'learner': partial(grid_svg.learner_arrows, world),
+                 'robot': partial(grid_svg.robot, world.grid)},
+                grid_svg.size(world.grid), grid_svg.cells(world))
+    layout = state_svg.layout_of(world)
+    return ({'mentor': partial(state_svg.mentor_arrows, world, layout),
+             'learner': partial(state_svg.learner_arrows, world, layout),
+             'robot': partial(state_svg.robot, layout)},
+            layout.size(), state_svg.cells(world, layout))
+
+
+def _note_on(world: World) -> str:
+    """Sentence on what the picture of a world lacks; empty if it lacks nothing."""
+    if len(world.free) > grid_svg.MAX_CELLS:
+        return f'(arrows are drawn for at most {grid_svg.MAX_CELLS} cells)'
+    if world.model == 'grid':
+        return ''
+    return '(a cell for each state; nothing can be painted)'

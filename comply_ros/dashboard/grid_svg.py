@@ -12,6 +12,7 @@ from comply_ros.world.mdp import World
 
 CELL = 40  # length of a cell's side
 MAX_CELLS = 10_000  # of a map: in a larger one no arrows are drawn, since nobody could see them
+MAX_STARTS = 16  # more are not drawn: they would be everywhere
 SHADES = 12  # steps of trust that are told apart by colour
 # An arrow for each action, from the middle of its cell: wide for the mentor, thin for the learner.
 WIDE = ('m-16 0l14 -10v6h18v8h-18v6z', 'm16 0l-14 -10v6h-18v8h18v6z',
@@ -47,13 +48,22 @@ def cells(world: World) -> str:
     walls = [f'M{x * CELL} {y * CELL}h{length * CELL}v{CELL}h-{length * CELL}z'
              for y, row in enumerate(grid.rows) for x, length in spans(row, '#')]
     marks = []
-    for x, y in (middle(grid, s) for s in np.flatnonzero(world.terminal).tolist()):
-        marks.append(f'<path d="M{x} {y - 15}l4.4 10.2 11 .9-8.4 7.3 2.6 10.8-9.6-5.8-9.6 5.8 '
-                     '2.6-10.8-8.4-7.3 11-.9z" class="goal"/>')
-    for s in world.starts.tolist() if len(world.starts) <= 16 else ():
-        marks.append('<circle cx="{}" cy="{}" r="16" class="start"/>'.format(*middle(grid, s)))
+    marks += [goal_at(*middle(grid, s)) for s in np.flatnonzero(world.terminal).tolist()]
+    for s in world.starts.tolist() if len(world.starts) <= MAX_STARTS else ():
+        marks.append(start_at(*middle(grid, s)))
     return (f'<path d="{"".join(lines)}" class="lines"/>'
             f'<path d="{"".join(walls)}" class="wall"/>{"".join(marks)}')
+
+
+def goal_at(x: int, y: int) -> str:
+    """SVG of a star at a point."""
+    return (f'<path d="M{x} {y - 15}l4.4 10.2 11 .9-8.4 7.3 2.6 10.8-9.6-5.8-9.6 5.8 '
+            '2.6-10.8-8.4-7.3 11-.9z" class="goal"/>')
+
+
+def start_at(x: int, y: int) -> str:
+    """SVG of the ring of a start at a point."""
+    return f'<circle cx="{x}" cy="{y}" r="16" class="start"/>'
 
 
 def spans(row: str, sign: str) -> Iterator[tuple[int, int]]:
@@ -102,7 +112,11 @@ def learner_arrows(world: World, policy: NDArray[np.int8]) -> str:
 
 def robot(grid: Grid, s: int, waits: bool = False) -> str:
     """SVG of the robot in state s; waits: whether it waits for a person who steers."""
-    x, y = middle(grid, s)
+    return robot_at(*middle(grid, s), waits)
+
+
+def robot_at(x: int, y: int, waits: bool = False) -> str:
+    """SVG of the robot at a point."""
     ring = f'<circle cx="{x}" cy="{y}" r="18" class="waits"/>' if waits else ''
     return (f'{ring}<g class="robot"><circle cx="{x}" cy="{y}" r="13"/>'
             f'<circle cx="{x - 4.5}" cy="{y - 2}" r="2.6" class="eye"/>'

@@ -52,7 +52,8 @@ body { background: var(--page); color: var(--ink); } .nicegui-content { padding:
          user-select: none; }
 .world svg { overflow: visible; }
 .world.painting { cursor: crosshair; touch-action: pinch-zoom; -webkit-touch-callout: none; }
-.lines { stroke: var(--line); stroke-width: 1; fill: none; }
+.lines, .frames { stroke: var(--line); stroke-width: 1; fill: none; }
+.pit { fill: var(--wall); opacity: 0.7; } text.learner { fill: var(--learner); stroke: none; }
 .wall { fill: var(--wall); } .goal { fill: var(--ink); }
 .start { fill: var(--learner); opacity: 0.22; } .unknown { fill: var(--unknown); }
 .learner { fill: none; stroke: var(--learner); stroke-width: 2.6; stroke-linecap: round;

@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-from numpy.typing import NDArray
-
 from comply_ros.numerics.rng import random_streams
 from comply_ros.protocol.grid_world import GridWorld
 from comply_ros.protocol.messages import Action, ANYONE, Recommendation, StateReward, step_id
@@ -41,7 +39,7 @@ class LearnerCheck:
 
     def __init__(self, source: Source, channel: Channel, seed: int = 0) -> None:
         self._channel, self._world = channel, World(source)
-        self._policy: NDArray[int] = optimal_policy(self._world)
+        self._policy = optimal_policy(self._world)
         rng = random_streams(seed)[1]
         self._machine = GridWorld(source, 'check', int(rng.integers(1, 2 ** 32)), seed)
         self._asked: set[tuple[int, int, int]] = set()

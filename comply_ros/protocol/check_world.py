@@ -316,7 +316,7 @@ def chi_squared(seen: Counter[tuple[int, float]],
 
 def outcomes(world: World, s: int, a: int) -> dict[tuple[int, float], float]:
     """Return the probability of each (successor, reward) of an action; worlds with a model."""
-    found: Counter[tuple[int, float]] = Counter()
+    found: dict[tuple[int, float], float] = defaultdict(float)
     if world.model == 'table':
         table = world.table
         pair = s * world.n_actions + a
