@@ -9,7 +9,7 @@ from tiny_worlds import grid
 from comply_ros.learner.presets import find_method
 from comply_ros.protocol.check_learner import LearnerCheck
 from comply_ros.protocol.check_mentor import MentorCheck
-from comply_ros.protocol.check_world import chi_squared_tail, outcomes, WorldCheck
+from comply_ros.protocol.check_world import WorldCheck
 from comply_ros.protocol.grid_world import GridWorld
 from comply_ros.protocol.learner import Learner
 from comply_ros.protocol.mentor import Mentor
@@ -22,6 +22,7 @@ from comply_ros.protocol.messages import (
     StateReward,
     WorldDescription,
 )
+from comply_ros.protocol.outcome_statistics import chi_squared_tail, outcomes
 from comply_ros.protocol.rule_report import FAIL, NOT_REACHED, PASS, summary
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import optimal_policy

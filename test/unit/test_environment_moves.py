@@ -2,6 +2,8 @@
 """Environments of Gymnasium as worlds of the nodes. Skipped where Gymnasium is not installed."""
 
 import json
+from pathlib import Path
+from runpy import run_path
 
 import numpy as np
 import pytest
@@ -179,3 +181,19 @@ def test_an_environment_that_raises_is_named_with_the_moment():
         moves.move(0, 0, 0)
     assert str(error.value) == ("environment 'Broken-v0' raised ZeroDivisionError in episode 4, "
                                 'step 1: the motor is off')
+
+
+@pytest.mark.parametrize('name, mean', [('swing', -120.0), ('look', -105.0), ('right', -200.0)])
+def test_the_mentors_of_mountain_car_earn_what_their_page_says(name, mean):
+    pytest.importorskip('comply_msgs')
+    mentors = run_path(str(Path(__file__).parents[2] / 'examples' / 'mountain_car_mentor.py'))
+    moves, _ = moves_of('MountainCar-v0', bins=[mentors['BINS']])
+    returns = []
+    for episode in range(1, 31):
+        s, step, over = moves.start(episode), 0, False
+        while not over:
+            _, s, terminated, truncated = moves.move(
+                step, s, mentors['advice'](mentors[name], s))
+            step, over = step + 1, terminated or truncated
+        returns.append(-step)
+    assert np.mean(returns) == pytest.approx(mean, abs=3.0)

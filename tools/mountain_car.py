@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What compliance makes of three mentors in MountainCar, as a figure and a table of numbers."""
+
+import argparse
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from matplotlib.figure import Figure
+import numpy as np
+from numpy.typing import NDArray
+
+from comply_ros.learner.presets import find_method
+from comply_ros.plots.grid_plot import write_picture
+from comply_ros.protocol.grid_world import GridWorld
+from comply_ros.protocol.learner import Learner
+from comply_ros.protocol.messages import Action, Progress, Recommendation, StateReward
+from comply_ros.storage.environment_moves import (
+    environment_source,
+    EnvironmentMoves,
+    StateNumbers,
+)
+from comply_ros.storage.gymnasium_worlds import make_environment
+from comply_ros.terminal.command_line import CommandParser, whole_number
+from examples import mountain_car_mentor
+
+ENVIRONMENT = 'MountainCar-v0'
+MENTORS = {'none': None, 'swing': mountain_car_mentor.swing, 'look': mountain_car_mentor.look,
+           'right': mountain_car_mentor.right}
+METHODS = ('vanishing', 'beta_implicit', 'explicit')
+ALONE = 'q_learning_epsilon'
+ITERATIONS, EPISODES = 400, 5
+COLORS = {'none': '#8a8f98', 'swing': '#0072b2', 'look': '#009e73', 'right': '#cc3311'}
+
+
+def episode_returns(method: str, mentor: Callable[[float, float], int] | None,
+                    seed: int) -> NDArray[np.float64]:
+    """
+    Return the mean return of each iteration of a learner in MountainCar: the bits of the nodes.
+
+    mentor: its action at a position and velocity; None for no mentor.
+    """
+    env = make_environment(ENVIRONMENT, {})
+    numbers = StateNumbers(env.observation_space, [mountain_car_mentor.BINS])
+    source = environment_source(env, numbers)
+    world = GridWorld(source, ENVIRONMENT, 1, seed,
+                      moves=EnvironmentMoves(env, ENVIRONMENT, source, numbers, seed))
+    advice = mentor and [mountain_car_mentor.advice(mentor, s) for s in range(numbers.count)]
+    learner = Learner(replace(find_method(method, 'published'), iterations=ITERATIONS,
+                              episodes=EPISODES, measuring_iterations=0), seed)
+    learner.on_world(world.description)
+    returns: list[float] = []
+    while not learner.finished:
+        returns += _answer(world, learner, advice)
+    return np.array(returns)
+
+
+def _answer(world: GridWorld, learner: Learner, advice: list[int] | None) -> list[float]:
+    """Let the learner answer the open observation; return the means of iterations that ended."""
+    observation: StateReward = world.observation
+    outputs = learner.observe(observation)
+    if learner.waiting is not None:
+        action = advice[observation.state] if advice else -1
+        outputs += learner.on_recommendation(Recommendation(*observation[:4], action))
+    for msg in outputs:
+        if isinstance(msg, Action):
+            world.on_action(msg)
+    return [msg.mean_return for msg in outputs if isinstance(msg, Progress)]
+
+
+def figure_of(curves: dict[tuple[str, str], NDArray[np.float64]]) -> Figure:
+    """Return a figure with a picture for each method and a line for each mentor."""
+    figure = Figure(figsize=(11.0, 3.6), layout='constrained')
+    episodes = EPISODES * np.arange(1, ITERATIONS + 1)
+    all_axes: Any = figure.subplots(1, len(METHODS), sharey=True)
+    for axes, method in zip(all_axes, METHODS, strict=True):
+        for mentor in MENTORS:
+            values = curves[ALONE if mentor == 'none' else method, mentor]
+            smooth = np.array([np.convolve(each, np.ones(20) / 20, 'valid') for each in values])
+            axes.plot(episodes[19:], smooth.mean(axis=0), color=COLORS[mentor], linewidth=1.8,
+                      label=f'no mentor ({ALONE})' if mentor == 'none' else f'mentor {mentor}')
+            axes.fill_between(episodes[19:], smooth.min(axis=0), smooth.max(axis=0), linewidth=0,
+                              color=COLORS[mentor], alpha=0.15)
+        axes.set_title(method, fontsize=11)
+        axes.set_xlabel('episode')
+        axes.spines[['top', 'right']].set_visible(False)
+        axes.grid(axis='y', color='#e4e6ea')
+    all_axes[0].set_ylabel('return')
+    all_axes[-1].legend(loc='lower right', fontsize=8, frameon=False)
+    return figure
+
+
+def main(argv: Sequence[str]) -> int:
+    """Write the figure, and print a line for each method and mentor; return the exit code."""
+    parser: argparse.ArgumentParser = CommandParser('mountain_car', description=__doc__)
+    parser.add_argument('--seeds', type=whole_number, default=5, metavar='N')
+    parser.add_argument('--out', type=Path, default=Path('docs/results/mountain_car.png'))
+    options = parser.parse_args(argv[1:])
+    curves = {}
+    for method, mentor in ((ALONE, 'none'), *(
+            (method, mentor) for method in METHODS for mentor in MENTORS if mentor != 'none')):
+        values = np.array([episode_returns(method, MENTORS[mentor], seed)
+                           for seed in range(options.seeds)])
+        curves[method, mentor] = values
+        first, last = values[:, :20].mean(), values[:, -20:].mean(axis=1)  # of 100 episodes
+        print(f'| `{method}` | {mentor} | {first:.0f} | {last.mean():.0f} | {last.min():.0f} to '
+              f'{last.max():.0f} |', flush=True)
+    write_picture(figure_of(curves), options.out, compression=9)
+    return 0
