@@ -189,7 +189,7 @@ def test_the_mentors_of_mountain_car_earn_what_their_page_says(name, mean):
     mentors = run_path(str(Path(__file__).parents[2] / 'examples' / 'mountain_car_mentor.py'))
     moves, _ = moves_of('MountainCar-v0', bins=[mentors['BINS']])
     returns = []
-    for episode in range(1, 31):
+    for episode in range(1, 101):
         s, step, over = moves.start(episode), 0, False
         while not over:
             _, s, terminated, truncated = moves.move(
