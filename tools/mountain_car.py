@@ -28,9 +28,10 @@ from examples import mountain_car_mentor
 ENVIRONMENT = 'MountainCar-v0'
 MENTORS = {'none': None, 'swing': mountain_car_mentor.swing, 'look': mountain_car_mentor.look,
            'right': mountain_car_mentor.right}
-METHODS = ('vanishing', 'beta_implicit', 'explicit')
+METHODS = ('vanishing', 'jump_start', 'beta_implicit')
 ALONE = 'q_learning_epsilon'
-ITERATIONS, EPISODES = 400, 5
+ITERATIONS, EPISODES = 200, 5
+WORST = -200.0  # of all returns: an action that was never tried looks no better than the advice
 COLORS = {'none': '#8a8f98', 'swing': '#0072b2', 'look': '#009e73', 'right': '#cc3311'}
 
 
@@ -47,8 +48,10 @@ def episode_returns(method: str, mentor: Callable[[float, float], int] | None,
     world = GridWorld(source, ENVIRONMENT, 1, seed,
                       moves=EnvironmentMoves(env, ENVIRONMENT, source, numbers, seed))
     advice = mentor and [mountain_car_mentor.advice(mentor, s) for s in range(numbers.count)]
-    learner = Learner(replace(find_method(method, 'published'), iterations=ITERATIONS,
-                              episodes=EPISODES, measuring_iterations=0), seed)
+    config = find_method(method, 'published')
+    learner = Learner(replace(config, iterations=ITERATIONS, episodes=EPISODES,
+                              measuring_iterations=0, initial_value=WORST if mentor else
+                              config.initial_value), seed)
     learner.on_world(world.description)
     returns: list[float] = []
     while not learner.finished:

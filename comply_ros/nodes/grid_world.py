@@ -30,7 +30,7 @@ from comply_ros.protocol.validation import rejected_description
 from comply_ros.storage.map_files import read_map
 from comply_ros.storage.map_name import map_title
 from comply_ros.storage.state_store import StateError
-from comply_ros.world.grid import MapError
+from comply_ros.world.grid import default_step_limit, MapError
 from comply_ros.world.mdp import Source
 
 # Seconds before an unanswered observation is repeated, at first and at most.
@@ -47,6 +47,9 @@ class GridWorldNode(ProtocolNode):
         seed = self.declare(SEED)
         source, name, moves = self.make_world(seed)
         self.machine = GridWorld(source, name, new_run(), seed, time.time_ns(), moves)
+        if source.step_limit == default_step_limit(self.machine.description.states):
+            self.get_logger().info(f'episodes end after {source.step_limit} steps at the latest, '
+                                   'ten times the number of states')
         check_description_size(description_size(self.machine.description))
         self._started = time.monotonic()
         saved = self.checkpointing.load(

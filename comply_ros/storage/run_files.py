@@ -59,7 +59,8 @@ def summarize(training: TrainingSpec, reference: ReferenceReturns, mentor_return
     convergence = metrics.time_to_convergence(training.profile, counted, threshold)
     optimality = None if mentor_return is None else reference.optimality(mentor_return)
     return {
-        'map': training.map_name, 'profile': training.profile, 'method': training.method,
+        'map': training.map_name, 'step_limit': training.source.step_limit,
+        'profile': training.profile, 'method': training.method,
         'mentor': training.mentor, 'mentor_seed': training.mentor_seed,
         'budget': training.budget, 'advising': training.advising,
         'mentor_return': mentor_return, 'mentor_optimality': optimality,
