@@ -34,11 +34,11 @@ def on_state(msg):
     if here <= last or here not in (expected, held):
         held = here  # where it joins late, it answers when this is repeated
         return
-    over = msg.terminated or msg.truncated
-    if here == expected and msg.step and answer:
-        learn(asked[-1], answer.action, msg)
-    answer = Action(run=msg.run, episode=msg.episode, step=msg.step, learner=NUMBER,
-                    action=Action.NONE if over else choose(msg.state))
+    if here == expected and msg.step and answer:  # Q-learning
+        best = 0.0 if msg.terminated else max(q[msg.state, a] for a in available(msg.state))
+        q[asked[-1], answer.action] += 0.2 * (msg.reward + best - q[asked[-1], answer.action])
+    action = Action.NONE if (over := msg.terminated or msg.truncated) else choose(msg.state)
+    answer = Action(run=msg.run, episode=msg.episode, step=msg.step, action=action, learner=NUMBER)
     asked, held = (msg.run, *here, msg.state), None
     expected = (msg.episode + 1, 0) if over else (msg.episode, msg.step + 1)
     actions.publish(answer)
@@ -50,19 +50,16 @@ def on_recommendation(msg):
         advice[msg.state] = msg.action
 
 
-def learn(s, a, msg):
-    """Move the value of a step towards what it earned (Q-learning)."""
-    best = 0.0 if msg.terminated else max(q[msg.state, b] for b in available(msg.state))
-    q[s, a] += 0.2 * (msg.reward + best - q[s, a])
-
-
 def available(s):
-    """Return the actions of a state; in a grid, those that do not leave it."""
-    if world.model != WorldDescription.GRID:
-        return range(len(world.actions))
+    """Return the actions that a state has."""
+    n, first = len(world.actions), world.table.first
+    if world.model == WorldDescription.TABLE:
+        return [a for a in range(n) if first[s * n + a] < first[s * n + a + 1]]
+    if world.model == WorldDescription.NONE:
+        return [a for a in range(n) if not world.available or world.available[s * n + a]]
     width = len(world.grid.rows[0])
     inside = s % width > 0, s % width < width - 1, s >= width, s < world.states - width
-    return [a for a in range(4) if inside[a]]
+    return [a for a in range(n) if inside[a]]
 
 
 def choose(s):

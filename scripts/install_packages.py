@@ -58,7 +58,8 @@ def for_uv(settings: dict[str, str]) -> dict[str, str]:
 
 def main(arguments: list[str]) -> int:
     settings = kept_settings()
-    inherited = {name: value for name, value in os.environ.items() if not name.startswith('PIP_')}
+    inherited = {name: value for name, value in os.environ.items()
+                 if not name.startswith(('PIP_', 'UV_'))}
     pip = (*PIP, 'install', '-qq'), {**inherited, **for_pip(settings)}
     uv = ((sys.executable, '-m', 'uv', 'pip', 'install', '--quiet', '--compile-bytecode',
            '--python', sys.executable), {**inherited, **for_uv(settings)})

@@ -22,7 +22,8 @@ from comply_ros.world.grid import ACTION_NAMES, NO_ACTION, RIGHT
 from comply_ros.world.mdp import World
 
 SPARSEST = 4  # a map has at most so many times more cells than states
-TOLERANCE = 0.01  # of a cell, by which a place may be off
+SAME = 1e-4  # of the width of the world: coordinates that differ by less are the same
+TOLERANCE = 0.1  # of a cell, by which a place may be off
 TURNS = {'up_left': -135, 'up_right': -45, 'down_left': 135, 'down_right': 45}  # of one right
 SIGNS = {'left': '\u2190', 'right': '\u2192', 'down': '\u2193', 'up': '\u2191',
          'up_left': '\u2196', 'up_right': '\u2197', 'down_left': '\u2199',
@@ -73,8 +74,9 @@ def _map_places(positions: NDArray[np.float64] | None) -> NDArray[np.int64] | No
     """Return column and row of each position, None unless they are cells of their own."""
     if positions is None or len(np.unique(positions, axis=0)) < len(positions):
         return None
-    steps = [np.diff(np.unique(positions[:, k])) for k in range(2)]
-    side = min((float(each.min()) for each in steps if len(each)), default=1.0)
+    steps = np.concatenate([np.diff(np.unique(positions[:, k])) for k in range(2)])
+    steps = steps[steps > SAME * np.ptp(positions, axis=0).max()]
+    side = float(steps.min()) if len(steps) else 1.0
     exact = (positions - positions.min(axis=0)) / side
     places = np.rint(exact).astype(np.int64)
     if np.abs(exact - places).max() > TOLERANCE or len(np.unique(places, axis=0)) < len(places):
@@ -86,6 +88,9 @@ def _map_places(positions: NDArray[np.float64] | None) -> NDArray[np.int64] | No
 
 def cells(world: World, layout: StateLayout) -> str:
     """SVG of what never moves: the cells, goals, pits, and the starts where they are few."""
+    width, height = layout.size()
+    if world.n_states > MAX_CELLS:
+        return f'<path d="M0 0h{width}v{height}h-{width}z" class="frames"/>'
     can_be = world.free | world.terminal | (not layout.is_map)
     frames, walls = [], []
     for s in range(world.n_states):

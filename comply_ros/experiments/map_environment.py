@@ -34,7 +34,7 @@ class MapEnvironment(Env[np.int64, np.int64]):
 
     Raises
     ------
-    MapError, PolicyError: for a map or mentor that does not exist.
+    MapError, MentorError, PolicyError: for a map or mentor that does not exist.
 
     """
 
@@ -47,6 +47,7 @@ class MapEnvironment(Env[np.int64, np.int64]):
         self.render_mode = render_mode
         self.world = World(read_map(map_name, profile))
         self.policy = mentor_policy(read_mentor_spec(mentor), self.world, mentor_seed)
+        self.step_limit = self.world.step_limit
         self.observation_space = Discrete(self.world.n_states)
         self.action_space = Discrete(self.world.n_actions)
         self._arrays = self.world.arrays()
@@ -64,7 +65,7 @@ class MapEnvironment(Env[np.int64, np.int64]):
         """Take an action; return state, reward, whether it ends there or is cut, information."""
         if self._step_count < 0:
             raise RuntimeError('an environment must be reset before its first step')
-        if not self.action_space.contains(action):
+        if isinstance(action, bool) or not self.action_space.contains(action):
             raise ValueError(f'an action must lie in [0, {self.world.n_actions - 1}], '
                              f'got {action!r}')
         u, s, step = self.np_random.random(), self._state, self._step_count

@@ -22,7 +22,7 @@ from comply_ros.experiments.training_runs import (
 from comply_ros.storage.file_system import atomic_write
 from comply_ros.storage.map_name import file_stem
 from comply_ros.storage.mentor_cache import read_mentor_spec
-from comply_ros.storage.versions import ALGORITHM_VERSION, FORMAT_VERSION
+from comply_ros.storage.versions import ALGORITHM_VERSION, FORMAT_VERSION, LATER_FIELDS
 
 
 class CellData(NamedTuple):
@@ -98,7 +98,7 @@ class ResultCache:
         grid = reference_returns_of(run).world.sha256
         config = config_of(run)
         settings = tuple(value for name, value in asdict(config).items()
-                         if name != 'learns' or not config.learns)  # a later field of format 2
+                         if name not in LATER_FIELDS or value != LATER_FIELDS[name])
         policy = hashlib.sha256(spec.value.policy.tobytes()).hexdigest() \
             if spec.kind == 'learned' else None
         spec = spec._replace(value=policy) if policy else spec

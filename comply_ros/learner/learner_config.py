@@ -66,7 +66,7 @@ class LearnerConfig:
     temperature_floor: float = _field(TINY, 'The temperature never falls below this', TINY, ANY)
     epsilon: float = _field(
         0.0, 'Probability of any action of the state, all equally likely, instead of the best one '
-        '(epsilon-greedy); 0 for the softmax (2.24)', 0, 1)
+        '(epsilon-greedy); 0 for the softmax (2.24). head_start explores in its own way', 0, 1)
     cooling_confidence: float = _field(
         1.0, 'The temperature falls only while the confidence p is at most this', 0, 1)
     trust: str = _field(

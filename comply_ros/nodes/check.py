@@ -28,7 +28,6 @@ from comply_ros.nodes.topics import (
     encoder,
     EPISODE,
     MENTOR_POLICY,
-    PROGRESS,
     RECOMMENDATION,
     STATE,
     Topic,
@@ -59,7 +58,7 @@ COMMON_RULES = {
 # Of each kind of node: what it publishes, what the check publishes, and the rules.
 HEARD: dict[str, tuple[Topic, ...]] = {
     'world': (STATE, WORLD, EPISODE), 'mentor': (RECOMMENDATION, MENTOR_POLICY),
-    'learner': (ACTION, DESCRIPTION, PROGRESS)}
+    'learner': (ACTION, DESCRIPTION)}
 SENT: dict[str, tuple[Topic, ...]] = {
     'world': (ACTION, WORLD), 'mentor': (WORLD, STATE, ACTION),
     'learner': (WORLD, STATE, RECOMMENDATION)}

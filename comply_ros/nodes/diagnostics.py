@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 TOPIC = '/diagnostics'  # of the whole system, whatever the namespace, as ROS tools expect
+RUN = 'run'  # key of the run of a world
 INACTIVE = 'inactive'  # first word of the status of a node that gave way to another one
 
 
@@ -35,12 +36,14 @@ class Diagnostics:
         self._publisher = node.create_publisher(DiagnosticArray, TOPIC, 10)
         self._steps, self._time = 0, time.monotonic()
 
-    def publish(self, level: bytes, message: str, steps: int, store: 'StateStore | None') -> None:
+    def publish(self, level: bytes, message: str, steps: int, store: 'StateStore | None',
+                run: int | None = None) -> None:
         """
         Publish a status.
 
         steps: taken so far.
         store: with the checkpoint of the node, None where it has none.
+        run: of a world.
 
         """
         now = time.monotonic()
@@ -49,6 +52,8 @@ class Diagnostics:
         values = {'steps per second': f'{rate:.0f}', 'steps': steps,
                   **{f'rejected: {kind}': count for kind, count in self.rejected.items()},
                   **{f'ignored: {kind}': count for kind, count in self.ignored.items()}}
+        if run is not None:
+            values[RUN] = run
         if store is None:
             values['state_dir'] = 'nothing is stored'
         else:

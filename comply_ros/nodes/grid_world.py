@@ -41,6 +41,7 @@ class GridWorldNode(ProtocolNode):
     """Publishes the description of the world, then one observation for each action."""
 
     node_name = 'grid_world'
+    map_details = ''  # what its checkpoint must agree with, besides the name and the hash
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(self.node_name, **kwargs)
@@ -53,7 +54,7 @@ class GridWorldNode(ProtocolNode):
         check_description_size(description_size(self.machine.description))
         self._started = time.monotonic()
         saved = self.checkpointing.load(
-            {'map': map_text(name, source.sha256), 'seed': seed}, (Action,))
+            {'map': map_text(name + self.map_details, source.sha256), 'seed': seed}, (Action,))
         if saved:
             self.machine.load_state_dict(*saved)
             self.get_logger().info(f'continues at step id {step_id(self.machine.observation)}')
@@ -120,6 +121,10 @@ class GridWorldNode(ProtocolNode):
         self.respond(self.machine.reset(new_run(), time.time_ns()))
         response.success, response.message = True, f'run {self.machine.description.run}'
         return response
+
+    def own_run(self) -> int:
+        """Return the run of this world."""
+        return self.machine.description.run
 
     def status_text(self) -> str:
         """Text of what the node does while all is well."""

@@ -5,7 +5,15 @@ from importlib import import_module
 from typing import Any
 
 from comply_ros.nodes.grid_world import GridWorldNode
-from comply_ros.nodes.parameters import BINS, ENV, ENV_ARGS, LIMITS, MODULE, ParameterError
+from comply_ros.nodes.parameters import (
+    BINS,
+    ENV,
+    ENV_ARGS,
+    LIMITS,
+    MODULE,
+    ParameterError,
+    USE_TABLE,
+)
 from comply_ros.nodes.spin import run_node
 from comply_ros.nodes.topics import MessageError
 from comply_ros.numerics.number_text import NumberError, read_number
@@ -35,8 +43,8 @@ class GymWorldNode(GridWorldNode):
 
     def make_world(self, seed: int) -> tuple[Source, str, Moves | None]:
         """Declare the parameters of the world; return it, its name, and how it moves."""
-        name, arguments, module, bins, limits = (
-            self.declare(each) for each in (ENV, ENV_ARGS, MODULE, BINS, LIMITS))
+        name, arguments, module, bins, limits, use_table = (
+            self.declare(each) for each in (ENV, ENV_ARGS, MODULE, BINS, LIMITS, USE_TABLE))
         if not name:
             raise ParameterError('parameter env must be the name of an environment, such as '
                                  'FrozenLake-v1, got none')
@@ -44,7 +52,8 @@ class GymWorldNode(GridWorldNode):
             import_own(module)
         env = make_environment(name, read_arguments(arguments))
         numbers = StateNumbers(env.observation_space, bins, read_limits(limits))
-        source = environment_source(env, numbers)
+        source = environment_source(env, numbers, use_table)
+        self.map_details = f' {arguments} {list(bins)} {limits}'
         return source, name, EnvironmentMoves(env, name, source, numbers, seed)
 
     def on_action(self, msg: Action) -> Outputs:

@@ -67,6 +67,7 @@ from comply_ros.protocol.validation import rejected_description
 from comply_ros.storage.file_system import path_errors, PathError, printable
 from comply_ros.storage.learning_file import read_learning, save_learning
 from comply_ros.storage.state_store import StateError
+from comply_ros.storage.versions import LATER_FIELDS
 from comply_ros.world.planning import state_values
 
 CHANGEABLE = {*CONFIG_FIELDS, REMEMBERS_ADVICE.name, ADVICE_TIMEOUT.name}  # while it runs
@@ -182,8 +183,7 @@ class LearnerNode(ProtocolNode):
     def _load(self, identity: dict[str, Any]) -> None:
         """Continue from the saved state, if there is one."""
         saved, machine = self.checkpointing.load(
-            identity, (AnsweredObservation, ReceivedAdvice),
-            {'learns': True, 'epsilon': 0.0}), self.machine
+            identity, (AnsweredObservation, ReceivedAdvice), LATER_FIELDS), self.machine
         self._home: str | None = None  # the hash of the world that the state is of
         if saved is None:
             return

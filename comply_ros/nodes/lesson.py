@@ -231,8 +231,9 @@ def watch(options: TrainingOptions, monitor: RunMonitor, executor: SingleThreade
     def spin_until(is_reached: Callable[[], bool]) -> None:
         while not is_reached():
             check(stop)
-            if not (options.args.respawn or monitor.progress) and monitor.most_publishers() > 1:
-                raise LessonFailed(TAKEN)  # they were there before, and are found late
+            found_late = not monitor.progress and monitor.most_publishers() > 1
+            if not options.args.respawn and (found_late or monitor.follows_another_world):
+                raise LessonFailed(TAKEN)  # they were there before
             for process in monitor.processes:
                 if not options.args.respawn:
                     process.check()
@@ -251,7 +252,7 @@ def watch(options: TrainingOptions, monitor: RunMonitor, executor: SingleThreade
         others = max(others, found)
 
     others, needs_mentor = 0, options.config.needs_mentor()
-    spin_until(lambda: monitor.finished)
+    spin_until(lambda: monitor.finished and (options.args.respawn or monitor.own_run_known))
     seconds, response = monitor.seconds(), None
     while response is None or response.message.startswith(ANOTHER):  # of another learner
         future = monitor.save((options.out / 'learning.npz').resolve())

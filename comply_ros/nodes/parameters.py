@@ -51,6 +51,9 @@ BINS = Parameter(
 LIMITS = Parameter(
     'limits', '', "Of a Box of observations: LOW,HIGH of each dimension, with ';' between two; "
     'empty: those of the environment')
+USE_TABLE = Parameter(
+    'use_table', True, 'Describe the world by the table of transitions (P) of the environment, '
+    'where it has one; false: without a model')
 PROFILE = Parameter(
     'profile', 'published', 'Settings of the text of the report, or of the runs behind its '
     'figures', choices=tuple(METHODS))

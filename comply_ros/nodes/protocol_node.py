@@ -154,7 +154,11 @@ class ProtocolNode(SafeParameterNode):
         for problem in self._type_check.tick():
             self.get_logger().warning(problem)
         self.diagnostics.publish(*self._status(), self.machine.step_count,
-                                 self.checkpointing.store)
+                                 self.checkpointing.store, self.own_run())
+
+    def own_run(self) -> int | None:
+        """Return the run of a world; None for any other node."""
+        return None
 
     def _status(self) -> tuple[bytes, str]:
         """Level and text of the status; what the node waits for is logged once."""

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rclpy.task import Future
 
 from comply_ros.nodes.clocks import steady_timer
-from comply_ros.nodes.diagnostics import INACTIVE, OK, process_name, TOPIC
+from comply_ros.nodes.diagnostics import INACTIVE, OK, process_name, RUN, TOPIC
 from comply_ros.nodes.node_processes import NodeProcess
 from comply_ros.nodes.parameter_node import SafeParameterNode
 from comply_ros.nodes.topics import (
@@ -60,6 +60,7 @@ class RunMonitor(SafeParameterNode):
         self._other_mentors: set[str] = set()  # processes of other mentors, as they were heard
         self._world = World(source)
         self._run: int | None = None
+        self._own_run: int | None = None  # the first of the world of the lesson, by its status
         # By run: what is known of those whose world fits, or whose world may still come, and the
         # times at which the world and the first advice arrived.
         self._reports: dict[int, RunReports] = {}
@@ -81,6 +82,16 @@ class RunMonitor(SafeParameterNode):
     def finished(self) -> bool:
         """Whether the learner has reported its last iteration, and the advice is known."""
         return bool(self.progress) and self.progress[-1].finished and self._run in self._advised
+
+    @property
+    def own_run_known(self) -> bool:
+        """Whether the world of the lesson has said which run it has."""
+        return self._own_run is not None
+
+    @property
+    def follows_another_world(self) -> bool:
+        """Whether the learner has learned in the world of others, which was heard first."""
+        return None not in (self._run, self._own_run) and self._run != self._own_run
 
     @property
     def advice(self) -> NDArray[Any]:
@@ -206,6 +217,9 @@ class RunMonitor(SafeParameterNode):
             name = names.get(status.hardware_id)
             if name is None:
                 continue
+            for each in status.values if self._own_run is None else ():
+                if each.key == RUN:
+                    self._own_run = int(each.value)
             if status.message.startswith(INACTIVE):
                 raise LessonFailed(f'{name} {status.message}')
             self.unwell.pop(name, None)

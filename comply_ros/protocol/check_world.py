@@ -13,14 +13,20 @@ from comply_ros.numerics.rng import random_streams
 from comply_ros.protocol.messages import (
     Action,
     ANYONE,
+    Episode,
     NO_RUN,
     StateReward,
     step_id,
     WorldDescription,
 )
-from comply_ros.protocol.outcome_statistics import chi_squared, chi_squared_tail, outcomes
+from comply_ros.protocol.outcome_statistics import (
+    chi_squared,
+    chi_squared_tail,
+    LEAST,
+    outcomes,
+)
 from comply_ros.protocol.rule_report import Channel, RuleReport, Verdict
-from comply_ros.protocol.world_description import world_from_description
+from comply_ros.protocol.world_description import is_same_world, world_from_description
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
 
@@ -55,7 +61,7 @@ class WorldCheck:
     def __init__(self, channel: Channel, seed: int = 0, steps: int = STEPS) -> None:
         self._channel, self._steps, self._seed = channel, steps, seed
         self._rng = random_streams(seed)[1]
-        self._learner = LEARNER
+        self._learner, self._seen_end, self._return = LEARNER, False, 0.0
         self._seen: dict[tuple[int, int], Counter[tuple[int, float]]] = defaultdict(Counter)
         self.report = RuleReport(RULES)
 
@@ -65,7 +71,7 @@ class WorldCheck:
         there = self._channel.wait(
             lambda: self._heard('WorldDescription') and self._heard('StateReward'), PATIENCE)
         if not check('W1', there, 'a description and an observation',
-                     f'no both within {PATIENCE:g} s'):
+                     f'not both within {PATIENCE:g} s'):
             return self.report.verdicts()
         description, first = self._last('WorldDescription'), self._last('StateReward')
         check('W1', description.run == first.run, 'a description of the run of the observation, '
@@ -77,17 +83,21 @@ class WorldCheck:
             check('W2', False, 'a description that follows the rules of its fields', error)
             return self.report.verdicts()
         check('W2', True, '')
-        self._check_state(first)
         if step_id(first) == (1, 0):
             check('W6', True, '')
-        if self._play(first):
+        # A run that another learner owns is free after some seconds.
+        self._channel.wait(lambda: self._last('StateReward').learner == ANYONE, RELEASE)
+        first = self._last('StateReward')
+        self._joined_at_start = first.step == 0
+        if self._check_state(first) and self._play(first):
             self._check_waiting()
             self._check_other_world()
             self._check_reset()
         self._check_frequencies()
         changed = [each.message for each in self._heard('WorldDescription')
-                   if each.message.run == description.run and each.message != description]
-        check('W3', not changed, 'the same description within a run', 'another one', description,
+                   if each.message.run == description.run
+                   and not is_same_world(each.message, description)]
+        check('W3', not changed, 'the same world within a run', 'another one', description,
               *changed)
         return self.report.verdicts()
 
@@ -104,11 +114,13 @@ class WorldCheck:
                 self._check_repeats(observation)
             if number in (5, 6):
                 self._send_wrong_actions(observation)
+            if (observation.terminated or observation.truncated) and not self._seen_end:
+                self._seen_end = True
+                self._send_wrong(observation, 0, {})
             action = self._choose(observation)
             after = self._act(observation, action)
-            if after is None:
+            if after is None or not self._check_next(observation, action, after):
                 return False
-            self._check_next(observation, action, after)
             observation = after
         return True
 
@@ -141,14 +153,19 @@ class WorldCheck:
                           f'none within {PATIENCE:g} s', observation)
         return self._new(observation)
 
-    def _check_state(self, observation: StateReward) -> None:
-        """Check what holds for every observation by itself."""
+    def _check_state(self, observation: StateReward) -> bool:
+        """Check what holds for every observation by itself; return whether it can go on."""
         check, world, s = self.report.check, self._world, observation.state
         within = 0 <= s < world.n_states and not world.obstacle[s]
         if not check('W10', within and isfinite(observation.reward), 'a state of the description, '
                      'and a finite reward', f'state {s}, reward {observation.reward:g}',
                      observation):
-            return
+            return False
+        over = observation.terminated or observation.truncated
+        acts = over or bool(world.available[s].any())
+        if world.model == 'none':
+            check('W10', acts, 'an action where the episode goes on', f'none in state {s}',
+                  observation)
         if observation.step == 0:
             right = observation.reward == 0.0 and not observation.terminated and (
                 world.model == 'none' or world.begins[s])
@@ -158,27 +175,40 @@ class WorldCheck:
             check('W8', observation.terminated == world.terminal[s], 'terminated in the terminal '
                   'states and nowhere else', f'{observation.terminated} in state {s}', observation)
         at_limit = observation.step == world.step_limit and not observation.terminated
-        check('W9', observation.truncated == at_limit and observation.step <= world.step_limit,
+        right = observation.truncated == at_limit or (
+            world.model == 'none' and observation.truncated and not observation.terminated)
+        check('W9', right and observation.step <= world.step_limit,
               f'truncated at step {world.step_limit}, unless terminated, and nowhere else',
               f'{observation.truncated} at step {observation.step}', observation)
+        return acts
 
-    def _check_next(self, before: StateReward, action: int, after: StateReward) -> None:
-        """Check what holds for an observation after another one."""
+    def _check_next(self, before: StateReward, action: int, after: StateReward) -> bool:
+        """Check what holds for an observation after another one; return as `_check_state`."""
         check, over = self.report.check, before.terminated or before.truncated
         expected = (before.episode + 1, 0) if over else (before.episode, before.step + 1)
         check('W6', step_id(after) == expected, f'step id {expected}', step_id(after), before,
               after)
         check('W13', after.learner == self._learner, f'learner {self._learner}, whose action was '
               'accepted', after.learner, before, after)
-        self._check_state(after)
+        if not self._check_state(after):
+            return False
+        self._return = 0.0 if over else self._return + after.reward
         if not over and self._world.model != 'none':
             check('W21', self._world.leads(before.state, after.state), 'a state that the model '
                   'leads to', f'{after.state} from {before.state}', before, after)
             self._seen[before.state, action][after.state, after.reward] += 1
         if after.terminated or after.truncated:
-            reported = self._channel.wait(lambda: any(
-                each.message[:3] == after[:3] for each in self._heard('Episode')), QUIET)
-            check('W15', reported, 'an Episode before the last observation', 'none', after)
+            def reports() -> list[Any]:
+                return [each.message for each in self._heard('Episode')[-5:]
+                        if each.message[:3] == after[:3]]
+            self._channel.wait(reports, QUIET)
+            right = self._joined_at_start and reports()[:1] == [Episode(
+                *after[:3], self._return, after.terminated, after.truncated)]
+            check('W15', right or not self._joined_at_start and reports(),
+                  f'an Episode of return {self._return:g} before the last observation',
+                  reports() or 'none', after)
+            self._joined_at_start = True
+        return True
 
     def _check_repeats(self, observation: StateReward) -> None:
         """Leave an observation open: it must be repeated, and nothing else must follow."""
@@ -187,10 +217,11 @@ class WorldCheck:
                     if each.message[:3] == observation[:3]]
         count = len(repeats())
         self._channel.wait(lambda: False, 4 * QUIET)
+        self._channel.wait(lambda: len(repeats()) > count, PATIENCE)
         same = [each._replace(learner=ANYONE) == observation._replace(learner=ANYONE)
                 for each in repeats()]
-        self.report.check('W11', len(same) >= count + 2 and all(same), 'the open observation '
-                          f'again and again, with the same fields, within {4 * QUIET:g} s',
+        self.report.check('W11', len(same) > count and all(same), 'the open observation again, '
+                          f'with the same fields, within {PATIENCE:g} s',
                           f'{len(same) - count} more, {same.count(False)} with other fields',
                           *repeats())
         self.report.check('W5', self._new(observation) is None, 'no new observation without an '
@@ -210,12 +241,15 @@ class WorldCheck:
         wrong += [(int(missing[0]), {})] if len(missing) else []
         wrong += [(right, {'step': observation.step - 1})] if observation.step else []
         for action, changes in wrong:
-            self._send(observation, action, **changes)
-            moved = self._channel.wait(lambda: self._new(observation), QUIET)
-            self.report.check('W12', not moved, 'no move by an action of another run, of another '
-                              'learner, for another observation, or that the state lacks',
-                              f'a move by action {action} {changes or ""}', observation,
-                              self._new(observation))
+            self._send_wrong(observation, action, changes)
+
+    def _send_wrong(self, observation: StateReward, action: int, changes: dict[str, Any]) -> None:
+        self._send(observation, action, **changes)
+        moved = self._channel.wait(lambda: self._new(observation), QUIET)
+        self.report.check('W12', not moved, 'no move by an action of another run, of another '
+                          'learner, for another observation, or that the state lacks',
+                          f'a move by action {action} {changes or ""}', observation,
+                          self._new(observation))
 
     def _check_waiting(self) -> None:
         """Say nothing for some seconds: the run must be freed, and taken by another learner."""
@@ -239,8 +273,10 @@ class WorldCheck:
         mine = self._last('WorldDescription')
         count = len(self._heard('WorldDescription'))
         for _ in range(10):
+            before = len(self._heard('WorldDescription'))
             self._channel.send(mine._replace(run=mine.run % (2 ** 32 - 2) + 1, replaces=NO_RUN))
-            self._channel.wait(lambda: len(self._heard('WorldDescription')) > count, QUIET)
+            self._channel.wait(
+                lambda before=before: len(self._heard('WorldDescription')) > before, QUIET)
         answers = len(self._heard('WorldDescription')) - count
         self.report.check('W19', 1 <= answers <= 8, 'its description after that of another run, '
                           'at most 8 times', f'{answers} times', mine)
@@ -260,6 +296,8 @@ class WorldCheck:
             and first.learner == ANYONE, 'after a reset a new run that replaces the old one, with '
             'its first observation and learner 0', f'run {after.run} replaces {after.replaces}, '
             f'step id {step_id(first)}, learner {first.learner}', after, first)
+        self.report.check('W4', after.run != NO_RUN, 'a run that is not 0', after.run, after)
+        self._check_state(first)
 
     def _check_frequencies(self) -> None:
         """
@@ -286,7 +324,7 @@ class WorldCheck:
             variance += total * expected[likely] * (1.0 - expected[likely])
             self._check_tail(level, *chi_squared(seen, expected),
                              f'successors as often as the model says, in state {s}, action {a}')
-        if variance > 5.0:
+        if variance > LEAST:
             self._check_tail(level, (missed - expected_misses) ** 2 / variance, 1,
                              f'{expected_misses:.0f} steps that do not lead where they usually do,'
                              f' and not {missed}')

@@ -4,9 +4,11 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from math import erfc, exp, gamma, sqrt
+from math import erfc, exp, lgamma, log, sqrt
 
 from comply_ros.world.mdp import World
+
+LEAST = 25.0  # times that an outcome must be expected: with less, chi-squared is a poor bound
 
 
 def chi_squared(seen: Counter[tuple[int, float]],
@@ -14,13 +16,13 @@ def chi_squared(seen: Counter[tuple[int, float]],
     """
     Return the statistic of counts against probabilities, and its degrees of freedom.
 
-    Outcomes that are expected less than five times are counted together.
+    Outcomes that are expected less than 25 times are counted together.
     """
     total = sum(seen.values())
-    bins = [(seen[each], total * p) for each, p in expected.items() if total * p >= 5.0]
-    rare = [(seen[each], total * p) for each, p in expected.items() if total * p < 5.0]
+    bins = [(seen[each], total * p) for each, p in expected.items() if total * p >= LEAST]
+    rare = [(seen[each], total * p) for each, p in expected.items() if total * p < LEAST]
     rest = sum(count for count, _ in rare), sum(mean for _, mean in rare)
-    if rest[1] >= 5.0:
+    if rest[1] >= LEAST:
         bins.append(rest)
     if len(bins) < 2:
         return 0.0, 0
@@ -54,6 +56,6 @@ def chi_squared_tail(x: float, degrees: int) -> float:
         return 1.0
     half, tail = (0.5, erfc(sqrt(x / 2.0))) if degrees % 2 else (1.0, exp(-x / 2.0))
     while half < degrees / 2.0:  # Q(a + 1, y) = Q(a, y) + y^a e^-y / Gamma(a + 1)
-        tail += (x / 2.0) ** half * exp(-x / 2.0) / gamma(half + 1.0)
+        tail += exp(half * log(x / 2.0) - x / 2.0 - lgamma(half + 1.0)) if x > 0.0 else 0.0
         half += 1.0
     return tail

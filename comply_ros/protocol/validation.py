@@ -34,7 +34,9 @@ def validate_observation(msg: StateReward, world: World) -> Rejected | None:
         return Rejected('wrong end', f'terminated must be true {where} and nowhere else, '
                         f'got {msg.terminated} in state {s}')
     limit = world.step_limit
-    if msg.step > limit or msg.truncated != (msg.step == limit and not msg.terminated):
+    earlier = world.model == 'none' and msg.truncated and not msg.terminated
+    if msg.step > limit or msg.truncated != (
+            (msg.step == limit or earlier) and not msg.terminated):
         return Rejected('wrong step', f'an episode must be truncated at step {limit} and nowhere '
                         f'else, got {msg.truncated} at step {msg.step}')
     if world.model == 'none':

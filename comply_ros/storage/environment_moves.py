@@ -2,16 +2,17 @@
 """An environment of Gymnasium that moves a world: its observations are numbered as states."""
 
 from collections.abc import Callable, Sequence
-from math import prod
+from contextlib import suppress
+from math import isfinite, prod
 from typing import Any
 
 import numpy as np
 
-from comply_ros.storage.gymnasium_worlds import one_line, table_of_environment
+from comply_ros.storage.gymnasium_worlds import one_line, step_limit_of, table_of_environment
 from comply_ros.storage.user_files import shown
-from comply_ros.world.grid import default_step_limit, MapError, MOST_STEPS
+from comply_ros.world.grid import MapError
 from comply_ros.world.spaces import Spaces
-from comply_ros.world.table import Table
+from comply_ros.world.table import MOST_STATES, Table
 
 Limits = Sequence[tuple[float, float]]
 
@@ -66,6 +67,10 @@ class StateNumbers:
         return self._number(observation)
 
     def _use(self, count: int, number: Callable[[Any], int]) -> None:
+        if not 1 <= count <= MOST_STATES:
+            raise MapError(f'the observation space must have 1 to {MOST_STATES} states, got '
+                           + (f'{count}' if count < 10 ** 30 else 'far more')
+                           + ': give fewer bins')
         self.count, self._number = count, number
 
     def _use_products(self, sizes: Sequence[int], digits: Callable[[Any], list[int]]) -> None:
@@ -96,6 +101,8 @@ class StateNumbers:
 
         def digits(observation: Any) -> list[int]:
             places = np.floor((np.ravel(observation) - low) * scale)
+            if np.isnan(places).any():
+                return [-1] * len(sizes)
             return np.clip(places, 0, last).astype(int).tolist()
         self._use_products(sizes, digits)
 
@@ -136,12 +143,26 @@ class EnvironmentMoves:
         """Take a step in the environment; the episode is also cut off at the world's limit."""
         self.used += 1
         self._actions.append(action)
-        seen, reward, terminated, truncated = self._step(action)
-        s2 = self._numbers.number(seen)
-        if terminated and isinstance(self._source, Table) and not self._source.terminal[s2]:
-            s2 = self._source.n_states - 1  # the table has a state of its own for this end
-        return (float(reward), s2, bool(terminated), not terminated
-                and (bool(truncated) or step + 1 == self._source.step_limit))
+        s2, reward, terminated, truncated = self._step(action)
+        at_limit = step + 1 == self._source.step_limit
+        if isinstance(self._source, Table):
+            s2 = self._state_in_table(s, action, s2, terminated)
+            truncated = truncated and at_limit
+        return reward, s2, terminated, not terminated and (truncated or at_limit)
+
+    def _state_in_table(self, s: int, action: int, s2: int, terminated: bool) -> int:
+        """Return a successor as the table numbers it: an end may have a state of its own."""
+        table = self._source
+        assert isinstance(table, Table)
+        if terminated and not table.terminal[s2]:
+            s2 = table.n_states - 1
+        pair = s * len(table.actions) + action
+        if terminated != table.terminal[s2] or s2 not in table.successor[
+                table.first[pair]:table.first[pair + 1]]:
+            raise EnvironmentFault(
+                f'environment {self._name!r} moved from state {s} to {s2} by action {action}, '
+                'which its table P does not have: set use_table to false')
+        return s2
 
     def restart(self) -> None:
         """Begin again with the first episode."""
@@ -163,18 +184,26 @@ class EnvironmentMoves:
     def _reset(self) -> int:
         words = np.random.SeedSequence((self._seed, self._episode)).generate_state(1)
         try:
-            seen, _ = self._env.reset(seed=int(words[0]))
+            observation, _ = self._env.reset(seed=int(words[0]))
+            return self._number(observation)
         except Exception as error:  # noqa: BLE001 - its author raises what they like
             raise self._fault(error) from error
-        return self._numbers.number(seen)
 
-    def _step(self, action: int) -> tuple[Any, float, bool, bool]:
+    def _step(self, action: int) -> tuple[int, float, bool, bool]:
         try:
-            seen, reward, terminated, truncated, _ = self._env.step(
+            observation, reward, terminated, truncated, _ = self._env.step(
                 action + int(self._env.action_space.start))
+            if not isfinite(reward):
+                raise ValueError(f'a reward must be a finite number, got {reward!r}')
+            return self._number(observation), float(reward), bool(terminated), bool(truncated)
         except Exception as error:  # noqa: BLE001 - its author raises what they like
             raise self._fault(error) from error
-        return seen, reward, terminated, truncated
+
+    def _number(self, observation: Any) -> int:
+        s = self._numbers.number(observation)
+        if not 0 <= s < self._numbers.count:
+            raise ValueError(f'an observation must lie in its space, got {shown(observation)}')
+        return s
 
     def _fault(self, error: Exception) -> EnvironmentFault:
         return EnvironmentFault(
@@ -182,22 +211,23 @@ class EnvironmentMoves:
             f'{self._episode}, step {len(self._actions)}: {one_line(error)}')
 
 
-def environment_source(env: Any, numbers: StateNumbers) -> Table | Spaces:
+def environment_source(env: Any, numbers: StateNumbers,
+                       use_table: bool = True) -> Table | Spaces:
     """
     Return the world that an environment is: with a table where it has one, else without a model.
 
+    use_table: whether its table is used. One that is no map for `gymnasium_table` is not.
+
     Raises
     ------
-    MapError: for actions that are not Discrete, or a table that breaks a rule.
+    MapError: for actions that are not Discrete.
 
     """
     space = env.action_space
     if type(space).__name__ != 'Discrete':
         raise MapError(f'the action space must be Discrete, got {shown(space)}')
-    base = env.unwrapped
-    if hasattr(base, 'P') and hasattr(base, 'initial_state_distrib'):
-        return table_of_environment(env)
-    limit = env.spec.max_episode_steps if env.spec else None
-    if limit is None or limit > MOST_STEPS:
-        limit = default_step_limit(numbers.count)
-    return Spaces(numbers.count, tuple(map(str, range(int(space.n)))), limit)
+    if use_table:
+        with suppress(MapError):
+            return table_of_environment(env)
+    return Spaces(numbers.count, tuple(map(str, range(int(space.n)))),
+                  step_limit_of(env, numbers.count))

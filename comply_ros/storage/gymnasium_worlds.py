@@ -5,14 +5,14 @@ from collections.abc import Mapping
 from dataclasses import replace
 from importlib import import_module
 from math import prod
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from comply_ros.storage.user_files import shown
 from comply_ros.world.grid import default_step_limit, MapError, MOST_STEPS
-from comply_ros.world.table import Table, Transitions
+from comply_ros.world.table import Table
 
 
 def make_environment(name: str, arguments: Mapping[str, Any]) -> Any:
@@ -84,14 +84,28 @@ def table_of_environment(env: Any) -> Table:
     if transitions is None:
         raise MapError('a map must have a table of its transitions, the attribute P, and this '
                        'environment has none')
-    if len(transitions) != n_states:
-        raise MapError(f'P must have its {n_states} states, got {len(transitions)}')
-    limit = env.spec.max_episode_steps if env.spec else None
-    if limit is None or limit > MOST_STEPS:
-        limit = default_step_limit(n_states)
-    table = Table.from_transitions(
-        cast(Transitions, transitions), _starts(base), limit, tuple(map(str, range(n_actions))))
+    try:
+        rows = {int(s): {int(a): [(float(p), int(s2), float(r), bool(done))
+                                  for p, s2, r, done in row[a]] for a in row}
+                for s, row in dict(transitions).items()}
+    except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
+        raise MapError('P must have for each state and action a list of (probability, state, '
+                       f'reward, terminated): {one_line(error)}') from None
+    if len(rows) != n_states:
+        raise MapError(f'P must have its {n_states} states, got {len(rows)}')
+    table = Table.from_transitions(rows, _starts(base), step_limit_of(env, n_states),
+                                   tuple(map(str, range(n_actions))))
     return _with_positions(table, base, n_states)
+
+
+def step_limit_of(env: Any, n_states: int) -> int:
+    """Return the step limit of an environment, or ten times its states where it gives none."""
+    limit = env.spec.max_episode_steps if env.spec else None
+    if limit is None:
+        limit = getattr(env.unwrapped, 'step_limit', None)
+    if type(limit) is not int or not 1 <= limit <= MOST_STEPS:
+        return default_step_limit(n_states)
+    return limit
 
 
 def _size(kind: str, space: Any) -> int:
@@ -107,9 +121,13 @@ def _starts(base: Any) -> tuple[int, ...]:
     if chances is None:
         raise MapError('a map must say where it starts, by the attribute initial_state_distrib, '
                        'and this environment does not')
-    chances = np.asarray(chances, dtype=float)
+    try:
+        chances = np.asarray(chances, dtype=float).reshape(-1)
+    except (TypeError, ValueError) as error:
+        raise MapError('initial_state_distrib must have a probability for each state: '
+                       + one_line(error)) from None
     starts = np.flatnonzero(chances)
-    if np.ptp(chances[starts]) > 1e-9:
+    if len(starts) and np.ptp(chances[starts]) > 1e-9:
         raise MapError('the starts of a map must be equally likely, got chances from '
                        f'{chances[starts].min():.3g} to {chances[starts].max():.3g}')
     return tuple(starts.tolist())
@@ -117,8 +135,9 @@ def _starts(base: Any) -> tuple[int, ...]:
 
 def _with_positions(table: Table, base: Any, n_states: int) -> Table:
     """Return the table with the cells of a grid, where the environment has the size of one."""
-    shape = getattr(base, 'shape', None) or (getattr(base, 'nrow', 0), getattr(base, 'ncol', 0))
-    if len(shape) != 2 or prod(shape) != n_states:
+    shape = getattr(base, 'shape', (getattr(base, 'nrow', None), getattr(base, 'ncol', None)))
+    if not (isinstance(shape, tuple) and len(shape) == 2
+            and all(type(side) is int for side in shape) and prod(shape) == n_states):
         return table
     s = np.arange(table.n_states)  # one more than the environment has, where an end is apart
     positions: NDArray[np.float64] = np.stack(

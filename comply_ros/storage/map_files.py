@@ -65,6 +65,7 @@ def read_map(name: str, profile: str) -> Grid | Table:
         scheme, target, arguments = parse_map_name(str(name))
         if scheme == NAV2:
             return _nav2_world(target, arguments, profile)
+        _check_profile(profile)
         if scheme == GYM:
             return gymnasium_table(target, arguments)
         return parse_map(_read_text(name), profile, Path(name).parent)
@@ -118,9 +119,13 @@ def parse_map(text: str, profile: str, folder: Path = Path()) -> Grid | Table:
     return _world(_parse_table(text), profile, folder)
 
 
-def _world(table: dict[Any, Any], profile: str, folder: Path) -> Grid | Table:
+def _check_profile(profile: str) -> None:
     if profile not in METHODS:
         raise MapError(f'a profile must be one of {", ".join(METHODS)}, got {shown(profile)}')
+
+
+def _world(table: dict[Any, Any], profile: str, folder: Path) -> Grid | Table:
+    _check_profile(profile)
     if 'world' in table:
         return named_world(table)
     for key in table:

@@ -10,6 +10,7 @@ from comply_ros.storage.user_files import load_yaml, shown, YamlError
 from comply_ros.world.grid import MapError
 
 NAV2, GYM = SCHEMES = 'nav2', 'gym'
+LONGEST_TITLE, LONGEST_STEM = 255, 100  # characters
 OTHER_MAPS = 'a map file, gym:NAME of Gymnasium, or nav2:FILE?start=X,Y&goal=X,Y'  # for helps
 
 
@@ -36,8 +37,8 @@ def parse_map_name(name: str) -> MapName:
     MapError: naming the argument that is wrong.
 
     """
-    scheme, _, rest = name.partition(':')
-    if scheme not in SCHEMES:
+    scheme, colon, rest = name.partition(':')
+    if not colon or scheme not in SCHEMES:
         return MapName('', name, {})
     target, _, text = rest.partition('?')
     arguments: dict[str, Any] = {}
@@ -57,20 +58,21 @@ def parse_map_name(name: str) -> MapName:
 
 def map_title(name: str) -> str:
     """Return a map's name as people read it: a file without its folder and its ending."""
-    scheme, _, rest = name.partition(':')
-    if scheme == GYM:
-        return name
-    return Path(rest.partition('?')[0] if scheme == NAV2 else name).stem
+    scheme, colon, rest = name.partition(':')
+    if colon and scheme == GYM:
+        return name[:LONGEST_TITLE]
+    return Path(rest.partition('?')[0] if colon and scheme == NAV2 else name).stem
 
 
 def file_stem(name: str) -> str:
     """Return how the name of a file about a map begins, without letters that files lack."""
-    return re.sub(r'[:?&=/\\]+', '_', map_title(name))
+    title = map_title(name)
+    return re.sub(r'[^\w.-]+', '_', title)[:LONGEST_STEM] if name.startswith(f'{GYM}:') else title
 
 
 def is_path(name: str, names: list[str]) -> bool:
     """Whether the name is the path of a file; names: of the maps of the package."""
-    return name not in names and name.partition(':')[0] not in SCHEMES
+    return name not in names and not name.startswith(tuple(f'{each}:' for each in SCHEMES))
 
 
 def absolute_name(name: str, names: list[str]) -> str:

@@ -3,12 +3,16 @@
 
 from dataclasses import replace
 import time
+from types import SimpleNamespace
 
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from tiny_worlds import grid
+from waiting import DEADLINE
 
+from comply_ros.nodes.diagnostics import OK, process_name, RUN, TOPIC
 from comply_ros.nodes.run_monitor import RunMonitor
 from comply_ros.nodes.topics import encoder, MENTOR_POLICY, PROGRESS, WORLD
 from comply_ros.protocol.messages import Policy, Progress
@@ -35,6 +39,14 @@ class Bench:
         end = time.monotonic() + 0.2
         while time.monotonic() < end:
             self._executor.spin_once(timeout_sec=0.02)
+
+    def publish_diagnostics(self, status):
+        """Publish the status of a node."""
+        publisher = self._node.create_publisher(DiagnosticArray, TOPIC, 10)
+        end = time.monotonic() + DEADLINE
+        while not self.monitor.own_run_known and time.monotonic() < end:
+            publisher.publish(DiagnosticArray(status=[status]))
+            self._executor.spin_once(timeout_sec=0.05)
 
     def world(self, run, began=0, grid=GRID):
         """Publish a world."""
@@ -70,6 +82,20 @@ def test_the_run_is_the_one_with_progress_whatever_the_clocks_say(bench, began):
     bench.progress(8, 1)
     assert [msg.run for msg in bench.monitor.progress] == [7]
     assert bench.monitor.advice.tolist() == list(ADVICE)
+
+
+@pytest.mark.parametrize('own_run', [7, 8])
+def test_a_run_of_the_same_map_that_is_not_of_the_world_of_the_lesson_is_told(bench, own_run):
+    bench.monitor.processes = [SimpleNamespace(pid=4242, pids=[4242], name='grid_world')]
+    bench.world(7)  # of others, perhaps: with another seed, say
+    bench.advice(7)
+    bench.progress(7, 1)
+    assert not bench.monitor.own_run_known and not bench.monitor.follows_another_world
+    status = DiagnosticStatus(name='grid_world', level=OK, hardware_id=process_name(4242),
+                              values=[KeyValue(key=RUN, value=str(own_run))])
+    bench.publish_diagnostics(status)
+    assert bench.monitor.own_run_known
+    assert bench.monitor.follows_another_world == (own_run == 8)
 
 
 def test_a_world_with_another_map_is_ignored(bench):

@@ -8,6 +8,7 @@ from runpy import run_path
 import numpy as np
 import pytest
 
+from comply_ros.gymnasium_plugin import register_maps
 from comply_ros.protocol.grid_world import GridWorld
 from comply_ros.protocol.messages import Action, StateReward
 from comply_ros.storage.environment_moves import (
@@ -197,3 +198,76 @@ def test_the_mentors_of_mountain_car_earn_what_their_page_says(name, mean):
             step, over = step + 1, terminated or truncated
         returns.append(-step)
     assert np.mean(returns) == pytest.approx(mean, abs=3.0)
+
+
+class Scripted(gymnasium.Env):
+    """An environment that returns what a test says."""
+
+    observation_space, action_space = spaces.Discrete(3), spaces.Discrete(2)
+
+    def __init__(self, observation=0, reward=0.0):
+        self._observation, self._reward = observation, reward
+
+    def reset(self, *, seed=None, options=None):
+        return 0, {}
+
+    def step(self, action):
+        return self._observation, self._reward, False, False, {}
+
+
+@pytest.mark.parametrize('observation, reward, message', [
+    (7, 0.0, 'ValueError in episode 1, step 1: an observation must lie in its space, got 7'),
+    (-1, 0.0, 'ValueError in episode 1, step 1: an observation must lie in its space, got -1'),
+    (None, 0.0, 'TypeError in episode 1, step 1: '),
+    (0, np.nan, 'ValueError in episode 1, step 1: a reward must be a finite number, got nan'),
+    (0, None, 'TypeError in episode 1, step 1: ')])
+def test_what_an_environment_returns_is_checked(observation, reward, message):
+    moves = EnvironmentMoves(Scripted(observation, reward), 'Own-v0', Spaces(3, ('0', '1'), 10),
+                             StateNumbers(Scripted.observation_space), 0)
+    moves.start(1)
+    with pytest.raises(EnvironmentFault) as error:
+        moves.move(0, 0, 1)
+    assert str(error.value).startswith(f"environment 'Own-v0' raised {message}")
+
+
+def test_no_number_is_no_state_of_a_box():
+    numbers = StateNumbers(spaces.Box(0.0, 1.0, (2,)), [4])
+    assert numbers.number(np.array([0.5, np.nan])) < 0
+
+
+def test_a_space_of_too_many_states_is_rejected():
+    with pytest.raises(MapError, match=r'the observation space must have 1 to 16777216 states, '
+                       'got far more: give fewer bins'):
+        StateNumbers(spaces.Box(0, 255, (210, 160, 3), np.uint8))
+
+
+def test_an_environment_that_moves_otherwise_than_its_table_says_so():
+    env = gymnasium.make('Taxi-v4', fickle_passenger=True)
+    numbers = StateNumbers(env.observation_space)
+
+    def played_by_chance(use_table):
+        source = environment_source(env, numbers, use_table)
+        moves, rng = EnvironmentMoves(env, 'Taxi-v4', source, numbers, 0), np.random.default_rng(1)
+        for episode in range(1, 60):
+            s, step, over = moves.start(episode), 0, False
+            while not over:
+                _, s, terminated, truncated = moves.move(step, s, int(rng.integers(6)))
+                step, over = step + 1, terminated or truncated
+    with pytest.raises(EnvironmentFault, match='which its table P does not have: set use_table to '
+                       'false'):
+        played_by_chance(True)
+    played_by_chance(False)
+
+
+def test_our_own_maps_keep_their_step_limit_as_environments():
+    with gymnasium.envs.registration.namespace('comply_ros'):
+        register_maps()
+    _, source = moves_of('comply_ros/BarGrid-v0')
+    assert source.step_limit == read_map('bar_grid', 'published').step_limit
+
+
+def test_a_table_that_is_no_map_is_not_used(monkeypatch):
+    class Uneven(Scripted):
+        initial_state_distrib, P = [0.75, 0.25, 0.0], {}
+    numbers = StateNumbers(Uneven.observation_space)
+    assert environment_source(Uneven(), numbers) == Spaces(3, ('0', '1'), 30)

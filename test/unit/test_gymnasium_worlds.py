@@ -4,7 +4,9 @@
 import pytest
 from table_planning import outcomes
 
+from comply_ros.storage.gymnasium_worlds import table_of_environment
 from comply_ros.storage.map_files import parse_map, read_map
+from comply_ros.storage.map_name import file_stem, map_title, parse_map_name
 from comply_ros.world.grid import MapError
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import optimal_values
@@ -175,3 +177,21 @@ def test_an_environment_that_cannot_be_a_map_is_named_with_the_reason(name, mess
         read_map(name, 'published')
     assert str(error.value).startswith(f'map {name!r}: {message}')
     assert '\n' not in str(error.value)
+
+
+@pytest.mark.parametrize('table', [
+    9.81, {0: {0: [(1.0, 1, 2.0)]}, 1: {}}, {0: {0: [(1.0, None, 2.0, True)]}, 1: {}}])
+def test_a_table_of_another_form_is_rejected(table):
+    class Odd(gymnasium.Env):
+        observation_space = gymnasium.spaces.Discrete(2)
+        action_space = gymnasium.spaces.Discrete(1)
+        initial_state_distrib, P = [1.0, 0.0], table
+    with pytest.raises(MapError, match=r'P must have for each state and action a list of '
+                       r'\(probability, state, reward, terminated\): '):
+        table_of_environment(Odd())
+
+
+def test_a_file_may_have_the_name_of_a_library():
+    assert parse_map_name('gym') == ('', 'gym', {})
+    assert len(map_title('gym:FrozenLake-v1?desc=' + 400 * 'F')) == 255
+    assert file_stem('gym:Taxi-v4?is_rainy=true') == 'gym_Taxi-v4_is_rainy_true'
