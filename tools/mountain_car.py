@@ -90,7 +90,7 @@ def figure_of(curves: dict[tuple[str, str], NDArray[np.float64]]) -> Figure:
         axes.spines[['top', 'right']].set_visible(False)
         axes.grid(axis='y', color='#e4e6ea')
     all_axes[0].set_ylabel('return')
-    all_axes[-1].legend(loc='lower right', fontsize=8, frameon=False)
+    all_axes[-1].legend(loc='center right', fontsize=8, frameon=False)
     return figure
 
 
