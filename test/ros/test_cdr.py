@@ -9,6 +9,7 @@ import pytest
 from rclpy.serialization import deserialize_message, serialize_message
 
 from comply_ros.nodes import cdr, topics
+from examples import examples
 
 STAMP = 5 * 10 ** 9 + 7  # nanoseconds
 FIXED = [topics.STATE, topics.ACTION, topics.RECOMMENDATION, topics.EPISODE, topics.PROGRESS]
@@ -32,6 +33,7 @@ def test_bytes_are_those_of_rclpy_in_both_directions(topic):
     decode = cdr.decoder(topic.message, topic.tuple_type)
 
     @given(tuples(topic))
+    @examples(100)
     def check(values):
         content = encode(values)
         message = fill(values)
