@@ -8,6 +8,7 @@ import signal
 import socket
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -70,6 +71,14 @@ def test_ctrl_c_ends_the_benchmark_and_the_nodes_that_it_started(tmp_path, domai
     assert process.communicate(timeout=DEADLINE)[1].endswith('benchmark: interrupted\n')
     assert process.returncode == 130
     wait_until(lambda: not any(Path(f'/proc/{pid}').exists() for pid in started), 'end of all')
+
+
+def test_candidates_that_are_numbers_are_shown_as_text(tmp_path):
+    shown = []
+    bar = SimpleNamespace(add_task=lambda *_, **fields: 0, advance=lambda task: None,
+                          update=lambda task, now: shown.append(now))
+    Bench(1, True, tmp_path, bar).interleave('sizes', {41: lambda: 1.0, 201: lambda: 2.0})
+    assert shown == ['41', '201', '']
 
 
 def test_ratios_are_of_the_same_round():

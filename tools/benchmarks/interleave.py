@@ -77,7 +77,7 @@ class Bench:
         task = self._bar.add_task(section, total=rounds * len(candidates), now='')
         for number in range(rounds):
             for name in list(candidates)[::-1 if number % 2 else 1]:
-                self._bar.update(task, now=name)
+                self._bar.update(task, now=str(name))
                 results[name].append(candidates[name]())
                 self._bar.advance(task)
         self._bar.update(task, now='')
