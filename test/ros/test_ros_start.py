@@ -42,7 +42,7 @@ def test_a_node_names_the_variable_that_is_to_blame(name, value, rule):
 @pytest.mark.parametrize('name, value, rule', WORST)
 @pytest.mark.long
 def test_every_executable_names_the_variable(program, name, value, rule, tmp_path):
-    arguments = ('--out', str(tmp_path)) if program == 'lesson' else ()
+    arguments = {'lesson': ('--out', str(tmp_path)), 'check': ('mentor',)}.get(program, ())
     done = run(program, *arguments, **{name: value})
     assert done.stderr.splitlines() == [f'{program}: ' + rule.format(name=name, value=value)]
     assert done.returncode == 2
