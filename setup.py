@@ -71,9 +71,6 @@ setup(
     maintainer='The comply_ros maintainers',
     maintainer_email='maintainers@comply-ros.example',
     cmdclass={'egg_info': CheckMessages},
-    entry_points={
-        'console_scripts': [f'{name} = comply_ros.executables:{name}' for name in EXECUTABLES],
-        # Gymnasium loads it when it is imported: gymnasium.make('comply_ros/Maze-v0').
-        'gymnasium.envs': ['comply_ros = comply_ros.gymnasium_plugin:register_maps'],
-    },
+    entry_points={'console_scripts': [
+        f'{name} = comply_ros.executables:{name}' for name in EXECUTABLES]},
 )

@@ -8,7 +8,6 @@ from runpy import run_path
 import numpy as np
 import pytest
 
-from comply_ros.gymnasium_plugin import register_maps
 from comply_ros.protocol.grid_world import GridWorld
 from comply_ros.protocol.messages import Action, StateReward
 from comply_ros.storage.environment_moves import (
@@ -260,9 +259,7 @@ def test_an_environment_that_moves_otherwise_than_its_table_says_so():
 
 
 def test_our_own_maps_keep_their_step_limit_as_environments():
-    with gymnasium.envs.registration.namespace('comply_ros'):
-        register_maps()
-    _, source = moves_of('comply_ros/BarGrid-v0')
+    _, source = moves_of('comply_ros.environments:comply_ros/BarGrid-v0')
     assert source.step_limit == read_map('bar_grid', 'published').step_limit
 
 

@@ -1,25 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """The maps as environments of Gymnasium. Skipped where Gymnasium is not installed."""
 
+from importlib import import_module
+
 import numpy as np
 import pytest
 
-from comply_ros.gymnasium_plugin import environment_name, register_maps
 from comply_ros.storage.map_files import map_names, read_map
 from comply_ros.world.grid import MapError
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import optimal_policy, optimal_values
 
 gymnasium = pytest.importorskip('gymnasium')
-check_env = pytest.importorskip('gymnasium.utils.env_checker').check_env
-
-
-@pytest.fixture(scope='module', autouse=True)
-def registered():
-    """Register the maps, as Gymnasium does where the package is installed."""
-    if environment_name('maze') not in {spec.name for spec in gymnasium.registry.values()}:
-        with gymnasium.envs.registration.namespace('comply_ros'):
-            register_maps()
+check_env = import_module('gymnasium.utils.env_checker').check_env
+environment_name = import_module('comply_ros.environments').environment_name
 
 
 def make(name='BarGrid', **arguments):
@@ -39,8 +33,7 @@ def play(env, seed, choose):
 @pytest.mark.filterwarnings('ignore:.*not have a render mode')
 @pytest.mark.parametrize('map_name', [name for name in map_names() if name != 'racetrack'])
 def test_every_map_is_an_environment_that_gymnasium_accepts(map_name):
-    check_env(make(environment_name(map_name).removesuffix('-v0')).unwrapped,
-              skip_render_check=True)
+    check_env(gymnasium.make(environment_name(map_name)).unwrapped, skip_render_check=True)
 
 
 def test_following_the_advice_of_an_optimal_mentor_earns_the_optimum():
