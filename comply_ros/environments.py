@@ -7,7 +7,7 @@ Importing this module registers them: `gymnasium.make('comply_ros/Maze-v0')` wor
 
 from gymnasium.envs.registration import register
 
-from comply_ros.storage.map_files import map_names
+from comply_ros.storage.map_name import map_names
 
 ENVIRONMENT = 'comply_ros.experiments.map_environment:MapEnvironment'
 

@@ -14,8 +14,8 @@ from comply_ros.nodes.lesson import check_namespace, lock_topics, namespace_argu
 from comply_ros.nodes.node_processes import NodeProcess, parameter_arguments, run_nodes
 from comply_ros.nodes.run_monitor import LessonFailed
 from comply_ros.storage.kernel_cache import use_kernel_cache
-from comply_ros.storage.map_files import map_names, read_map
-from comply_ros.storage.map_name import OTHER_MAPS
+from comply_ros.storage.map_files import read_map
+from comply_ros.storage.map_name import map_names, OTHER_MAPS
 from comply_ros.storage.run_files import OutputError, prepare_folder
 from comply_ros.terminal.command_line import CommandParser, whole_number
 from comply_ros.terminal.standard_output import standard_output

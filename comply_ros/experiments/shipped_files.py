@@ -11,7 +11,6 @@ from typing import NamedTuple
 from comply_ros.experiments.training_runs import reference_returns_of, Run
 from comply_ros.mentor.mentor_policies import FROM_FILES, parse_mentor_spec
 from comply_ros.storage.file_system import atomic_write
-from comply_ros.storage.map_files import map_names
 from comply_ros.storage.map_name import is_path
 
 _lock = Lock()
@@ -31,7 +30,7 @@ class ShippedFile(NamedTuple):
 
 def files_of(run: Run) -> dict[str, str]:
     """Return the paths of the files of a run, by the field of `Run` that names them."""
-    files = {'map': run.map} if is_path(run.map, map_names()) else {}
+    files = {'map': run.map} if is_path(run.map) else {}
     spec = parse_mentor_spec(run.mentor)
     return {**files, 'mentor': spec.value} if spec.kind in FROM_FILES else files
 

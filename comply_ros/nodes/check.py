@@ -44,8 +44,8 @@ from comply_ros.protocol.rule_report import (
     summary,
     Verdict,
 )
-from comply_ros.storage.map_files import map_names, read_map
-from comply_ros.storage.map_name import OTHER_MAPS
+from comply_ros.storage.map_files import read_map
+from comply_ros.storage.map_name import map_names, OTHER_MAPS
 from comply_ros.terminal.command_line import CommandParser, whole_number
 from comply_ros.world.grid import MapError
 

@@ -35,8 +35,8 @@ from comply_ros.nodes.ros_start import RosStartError, start_rclpy
 from comply_ros.nodes.run_monitor import LessonFailed, RunMonitor
 from comply_ros.nodes.spin import POLL_PERIOD
 from comply_ros.nodes.topics import ANOTHER
+from comply_ros.storage.file_system import absolute_path
 from comply_ros.storage.learning_file import read_learning
-from comply_ros.storage.map_files import map_names
 from comply_ros.storage.map_name import absolute_name
 from comply_ros.storage.mentor_cache import mentor_policy
 from comply_ros.terminal.command_line import real_number
@@ -203,15 +203,12 @@ def running(options: TrainingOptions, held: bool = False,
 def write_parameters(options: TrainingOptions) -> Path:
     """Write the parameter file of the lesson and return its path."""
     kind, _, value = options.mentor.partition(':')
-    mentor = options.mentor
-    if kind in FROM_FILES:
-        mentor = f'{kind}:{Path(value).expanduser().resolve()}'
-    initial = str(Path(options.initial_learning or '').expanduser().resolve()) \
-        if options.initial_learning else ''
+    mentor = f'{kind}:{absolute_path(value)}' if kind in FROM_FILES else options.mentor
+    initial = absolute_path(options.initial_learning) if options.initial_learning else ''
     common = {'profile': options.profile, 'seed': options.seed}
     state = {'state_dir': str((options.out / STATE).resolve())} if options.args.respawn else {}
     parameters = {
-        'grid_world': {'map': absolute_name(options.map_name, map_names()), **common, **state},
+        'grid_world': {'map': absolute_name(options.map_name), **common, **state},
         'mentor': {'mentor': mentor, 'seed': options.mentor_seed, 'budget': options.budget,
                    'advising': options.advising, **state},
         'learner': {'method': options.method, **common, **asdict(options.config), **state,

@@ -97,3 +97,8 @@ def may_exist(path: Path) -> bool:
     except OSError as error:
         return not isinstance(error, (FileNotFoundError, NotADirectoryError))
     return True
+
+
+def absolute_path(path: str) -> str:
+    """Return a path that means the same file in any folder; `~` is the user's home."""
+    return str(Path(path).expanduser().resolve())

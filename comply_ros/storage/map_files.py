@@ -20,7 +20,7 @@ from comply_ros.storage.cell_keys import (
 )
 from comply_ros.storage.file_system import PathError
 from comply_ros.storage.gymnasium_worlds import gymnasium_table
-from comply_ros.storage.map_name import GYM, NAV2, parse_map_name
+from comply_ros.storage.map_name import GYM, map_names, NAV2, parse_map_name
 from comply_ros.storage.named_worlds import named_world
 from comply_ros.storage.nav2_maps import nav2_rows, nav2_state, read_nav2_map, read_points
 from comply_ros.storage.user_files import load_yaml, read_text, shown, YamlError
@@ -36,12 +36,6 @@ REWARDS = ('step', 'obstacle', 'goal', 'edge', 'wall')
 NAV2_REWARDS = {'step': -0.1, 'obstacle': -5.0, 'goal': 10.0}  # of a map that is only a path
 NAV2_ARGUMENTS = ('start', 'goal', 'cell_size')
 CELL_SIZE = 0.5  # metres, of a map of Nav2
-
-
-def map_names() -> list[str]:
-    """Names of the maps that come with the package."""
-    found = (Path(entry.name) for entry in files('comply_ros').joinpath('maps').iterdir())
-    return sorted(entry.stem for entry in found if entry.suffix == '.yaml')
 
 
 def read_map(name: str, profile: str) -> Grid | Table:

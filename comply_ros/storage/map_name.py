@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Names of maps: one of the package, a file, `nav2:` a map of Nav2, `gym:` one of Gymnasium."""
 
+from importlib.resources import files
 from pathlib import Path
 import re
 from typing import Any, NamedTuple
 from urllib.parse import unquote
 
+from comply_ros.storage.file_system import absolute_path
 from comply_ros.storage.user_files import load_yaml, shown, YamlError
 from comply_ros.world.grid import MapError
 
@@ -26,6 +28,12 @@ class MapName(NamedTuple):
     scheme: str
     target: str
     arguments: dict[str, Any]
+
+
+def map_names() -> list[str]:
+    """Names of the maps that come with the package."""
+    found = (Path(entry.name) for entry in files('comply_ros').joinpath('maps').iterdir())
+    return sorted(entry.stem for entry in found if entry.suffix == '.yaml')
 
 
 def parse_map_name(name: str) -> MapName:
@@ -70,19 +78,15 @@ def file_stem(name: str) -> str:
     return re.sub(r'[^\w.-]+', '_', title)[:LONGEST_STEM] if name.startswith(f'{GYM}:') else title
 
 
-def is_path(name: str, names: list[str]) -> bool:
-    """Whether the name is the path of a file; names: of the maps of the package."""
-    return name not in names and not name.startswith(tuple(f'{each}:' for each in SCHEMES))
+def is_path(name: str) -> bool:
+    """Whether the name is the path of a map file."""
+    return name not in map_names() and not name.startswith(tuple(f'{each}:' for each in SCHEMES))
 
 
-def absolute_name(name: str, names: list[str]) -> str:
-    """Return a name that means the same map in any folder; names: as in `is_path`."""
+def absolute_name(name: str) -> str:
+    """Return a name that means the same map in any folder."""
     scheme, colon, rest = name.partition(':')
     if scheme == NAV2 and colon:
         path, question, arguments = rest.partition('?')
-        return f'{NAV2}:{_absolute(path)}{question}{arguments}'
-    return _absolute(name) if is_path(name, names) else name
-
-
-def _absolute(path: str) -> str:
-    return str(Path(path).expanduser().resolve())
+        return f'{NAV2}:{absolute_path(path)}{question}{arguments}'
+    return absolute_path(name) if is_path(name) else name

@@ -13,8 +13,7 @@ from comply_ros.learner.presets import METHODS
 from comply_ros.mentor.advice_budget import UNLIMITED
 from comply_ros.mentor.mentor_policies import FROM_FILES, MentorError
 from comply_ros.mentor.policy import PolicyError
-from comply_ros.storage.map_files import map_names
-from comply_ros.storage.map_name import file_stem, OTHER_MAPS
+from comply_ros.storage.map_name import file_stem, map_names, OTHER_MAPS
 from comply_ros.storage.run_files import OutputError, prepare_folder
 from comply_ros.storage.training_spec import spec_training, TrainingSpec
 from comply_ros.terminal.command_line import CommandParser, whole_number

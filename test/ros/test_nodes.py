@@ -29,7 +29,8 @@ from comply_ros.learner.learner_config import CONFIG_FIELDS
 from comply_ros.learner.presets import find_method, METHODS
 from comply_ros.learner.training import Training
 from comply_ros.nodes import parameters, topics
-from comply_ros.storage.map_files import map_names, read_map
+from comply_ros.storage.map_files import read_map
+from comply_ros.storage.map_name import map_names
 from comply_ros.storage.mentor_cache import mentor_policy, read_mentor_spec
 from comply_ros.world.mdp import World
 

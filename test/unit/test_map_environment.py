@@ -6,7 +6,8 @@ from importlib import import_module
 import numpy as np
 import pytest
 
-from comply_ros.storage.map_files import map_names, read_map
+from comply_ros.storage.map_files import read_map
+from comply_ros.storage.map_name import map_names
 from comply_ros.world.grid import MapError
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import optimal_policy, optimal_values

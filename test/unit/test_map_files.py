@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from comply_ros.storage import user_files
-from comply_ros.storage.map_files import KEYS, map_names, parse_map, read_map
+from comply_ros.storage.map_files import KEYS, parse_map, read_map
+from comply_ros.storage.map_name import map_names
 from comply_ros.world.grid import Grid, MapError
 from comply_ros.world.table import Table
 

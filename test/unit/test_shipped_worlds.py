@@ -7,7 +7,8 @@ from table_planning import action_values, from_starts, optimal_values, outcomes,
 
 from comply_ros.learner.presets import find_method
 from comply_ros.learner.training import Training
-from comply_ros.storage.map_files import map_names, parse_map, read_map
+from comply_ros.storage.map_files import parse_map, read_map
+from comply_ros.storage.map_name import map_names
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import expected_return, policy_probabilities

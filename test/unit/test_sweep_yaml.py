@@ -8,7 +8,7 @@ import pytest
 
 from comply_ros.experiments.sweep_yaml import parse_sweep, read_sweep, SweepFileError
 from comply_ros.experiments.training_runs import Run
-from comply_ros.storage.map_files import map_names
+from comply_ros.storage.map_name import map_names
 
 TOP = Path(__file__).parents[2]
 GOOD = """
