@@ -37,9 +37,9 @@ from comply_ros.protocol import check_learner, check_mentor, check_world
 from comply_ros.protocol.rule_report import (
     breaks_a_must,
     FAIL,
-    Heard,
     NOT_REACHED,
     PASS,
+    Received,
     SHOULD,
     summary,
     Verdict,
@@ -52,11 +52,12 @@ from comply_ros.world.grid import MapError
 ROS_ARGUMENTS = '--ros-args'
 UNKNOWN = '_UNKNOWN_'  # in the name of a node of which discovery only has an endpoint
 FIND_TIME = 10.0  # seconds in which a node must be found
+STATUS_TIME = 2.5  # seconds in which it must publish its status
 COMMON_RULES = {
     'P1': 'publishers are reliable and transient local',
     'P12': 'the status is published on /diagnostics'}
 # Of each kind of node: what it publishes, what the check publishes, and the rules.
-HEARD: dict[str, tuple[Topic, ...]] = {
+RECEIVED: dict[str, tuple[Topic, ...]] = {
     'world': (STATE, WORLD, EPISODE), 'mentor': (RECOMMENDATION, MENTOR_POLICY),
     'learner': (ACTION, DESCRIPTION)}
 SENT: dict[str, tuple[Topic, ...]] = {
@@ -72,7 +73,7 @@ class NoNodeError(RuntimeError):
 
 class RosChannel:
     """
-    Talks to one node over the topics of this namespace; see `Channel`.
+    The `Channel` to one node, over the topics of this namespace.
 
     kind: of the node: `world`, `mentor` or `learner`.
     """
@@ -81,21 +82,17 @@ class RosChannel:
         self._node, self._kind, self._name = node, kind, ''
         self._executor = SingleThreadedExecutor(context=node.context)
         self._executor.add_node(node)
-        self.heard: dict[str, list[Heard]] = defaultdict(list)
+        self.received: dict[str, list[Received]] = defaultdict(list)
         self.statuses: set[str] = set()
         self._publishers = {
             topic.tuple_type.__name__: (node.create_publisher(topic.message, topic.name,
                                                               topic.qos), encoder(topic))
             for topic in SENT[kind]}
         self._sent_worlds: set[int] = set()
-        for topic in HEARD[kind]:
+        for topic in RECEIVED[kind]:
             self._listen(topic)
         node.create_subscription(DiagnosticArray, '/diagnostics', lambda msg: self.statuses.update(
             status.name for status in msg.status), 10)
-
-    def now(self) -> float:
-        """Return the time in seconds, by a steady clock."""
-        return time.monotonic()
 
     def send(self, message: Any) -> None:
         """Publish a message."""
@@ -106,9 +103,9 @@ class RosChannel:
 
     def wait(self, condition: Callable[[], Any], seconds: float) -> bool:
         """Spin until a condition is true, at most so many seconds; return whether it is."""
-        end = self.now() + seconds
+        end = time.monotonic() + seconds
         while not condition():
-            left = end - self.now()
+            left = end - time.monotonic()
             if left <= 0.0:
                 return False
             self._executor.spin_once(timeout_sec=min(left, 0.05))
@@ -136,29 +133,30 @@ class RosChannel:
         NoNodeError: if there is none, or more than one.
 
         """
-        topic = HEARD[self._kind][0]
-        self.wait(lambda: name in self._publisher_names(topic) if name
-                  else self._publisher_names(topic), FIND_TIME)
+        topic = RECEIVED[self._kind][0]
+        def is_found() -> bool:
+            names = self._publisher_names(topic)
+            return name in names if name else bool(names)
+        self.wait(is_found, FIND_TIME)
         names = self._publisher_names(topic)
-        found = [each for each in names if each == name] if name else names
-        if len(found) != 1 or len(names) != 1:
+        if len(names) != 1 or name not in ('', names[0]):
             raise NoNodeError(
                 f'a {self._kind} must be the only publisher on the topic {topic.name}'
                 + (f' and be called {name}' if name else '') + ', got '
                 + (', '.join(names) or 'none') + f' within {FIND_TIME:g} s')
-        self._name = found[0]
+        self._name = names[0]
         return self._name
 
     def common_verdicts(self) -> tuple[Verdict, ...]:
         """Return the verdicts on rules for all nodes that the graph shows."""
         wrong = [f'{topic.name}: {info.qos_profile.reliability.name.lower()}, '
                  f'{info.qos_profile.durability.name.lower()}'
-                 for topic in HEARD[self._kind]
+                 for topic in RECEIVED[self._kind]
                  for info in self._node.get_publishers_info_by_topic(topic.name)
                  if full_name(info) == self._name and (
                      info.qos_profile.reliability, info.qos_profile.durability) != (
                          ReliabilityPolicy.RELIABLE, DurabilityPolicy.TRANSIENT_LOCAL)]
-        self.wait(lambda: self._has_status(), 2.5)
+        self.wait(self._has_status, STATUS_TIME)
         return (Verdict('P1', FAIL if wrong else PASS, 'reliable and transient local publishers',
                         '; '.join(wrong)),
                 Verdict('P12', PASS if self._has_status() else FAIL,
@@ -179,7 +177,7 @@ class RosChannel:
             values = decode(msg)
             if name == 'WorldDescription' and values.run in self._sent_worlds:
                 return  # of this check itself
-            self.heard[name].append(Heard(self.now(), values))
+            self.received[name].append(Received(time.monotonic(), values))
         self._node.create_subscription(topic.message, topic.name, on_message, topic.qos)
 
 
@@ -194,7 +192,7 @@ def option_parser() -> argparse.ArgumentParser:
                            'follows the rules of docs/reference/protocol.md. This command plays '
                            'the other two parts, which must not run. --ros-args follows last.')
     add = parser.add_argument
-    add('kind', choices=tuple(HEARD), help='what the node is')
+    add('kind', choices=tuple(RECEIVED), help='what the node is')
     add('--name', default='', metavar='/NODE', help='full name that the node must have')
     add('--map', default='bar_grid', metavar='NAME|FILE',
         help='world in which a mentor or learner is checked: '

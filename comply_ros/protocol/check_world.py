@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections import Counter, defaultdict
 from math import isfinite
 from typing import Any
 
@@ -19,13 +18,16 @@ from comply_ros.protocol.messages import (
     step_id,
     WorldDescription,
 )
-from comply_ros.protocol.outcome_statistics import (
-    chi_squared,
-    chi_squared_tail,
-    LEAST,
-    outcomes,
+from comply_ros.protocol.outcome_statistics import OutcomeCounts
+from comply_ros.protocol.played_world import other_number
+from comply_ros.protocol.rule_report import (
+    Channel,
+    PATIENCE,
+    QUIET,
+    Received,
+    RuleReport,
+    Verdict,
 )
-from comply_ros.protocol.rule_report import Channel, RuleReport, Verdict
 from comply_ros.protocol.world_description import is_same_world, world_from_description
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
@@ -43,11 +45,8 @@ RULES = {
     'W19': 'another world is answered', 'W20': 'a world that was answered stays',
     'W21': 'states are those that the model leads to',
     'W22': 'moves and rewards are those of the model'}
-PATIENCE = 10.0  # seconds that an observation may take
-QUIET = 0.3  # seconds without a message that count as silence
 STEPS = 2000  # steps of which the frequencies of successors are compared with the model
 RELEASE = 12.0  # seconds after which a world must have freed its run: 3 s and a pause of W11
-ALPHA = 1e-4  # chance that a right world fails because of its frequencies
 LEARNER, SECOND_LEARNER = 33, 34
 
 
@@ -59,17 +58,16 @@ class WorldCheck:
     """
 
     def __init__(self, channel: Channel, seed: int = 0, steps: int = STEPS) -> None:
-        self._channel, self._steps, self._seed = channel, steps, seed
+        self._channel, self._steps = channel, steps
         self._rng = random_streams(seed)[1]
         self._learner, self._seen_end, self._return = LEARNER, False, 0.0
-        self._seen: dict[tuple[int, int], Counter[tuple[int, float]]] = defaultdict(Counter)
         self.report = RuleReport(RULES)
 
     def run(self) -> tuple[Verdict, ...]:
         """Check the world; return a verdict on each rule."""
         check = self.report.check
         there = self._channel.wait(
-            lambda: self._heard('WorldDescription') and self._heard('StateReward'), PATIENCE)
+            lambda: self._received('WorldDescription') and self._received('StateReward'), PATIENCE)
         if not check('W1', there, 'a description and an observation',
                      f'not both within {PATIENCE:g} s'):
             return self.report.verdicts()
@@ -83,29 +81,31 @@ class WorldCheck:
             check('W2', False, 'a description that follows the rules of its fields', error)
             return self.report.verdicts()
         check('W2', True, '')
+        self._counts = OutcomeCounts(self._world)
         if step_id(first) == (1, 0):
             check('W6', True, '')
         # A run that another learner owns is free after some seconds.
         self._channel.wait(lambda: self._last('StateReward').learner == ANYONE, RELEASE)
         first = self._last('StateReward')
-        self._joined_at_start = first.step == 0
+        self._saw_start = first.step == 0
         if self._check_state(first) and self._play(first):
             self._check_waiting()
             self._check_other_world()
             self._check_reset()
-        self._check_frequencies()
-        changed = [each.message for each in self._heard('WorldDescription')
+        for kept, expected, got in self._counts.comparisons():
+            check('W22', kept, expected, got)
+        changed = [each.message for each in self._received('WorldDescription')
                    if each.message.run == description.run
                    and not is_same_world(each.message, description)]
         check('W3', not changed, 'the same world within a run', 'another one', description,
               *changed)
         return self.report.verdicts()
 
-    def _heard(self, name: str) -> list[Any]:
-        return self._channel.heard[name]
+    def _received(self, name: str) -> list[Received]:
+        return self._channel.received[name]
 
     def _last(self, name: str) -> Any:
-        return self._heard(name)[-1].message
+        return self._received(name)[-1].message
 
     def _play(self, observation: StateReward) -> bool:
         """Take steps from an observation on; return whether the world went on with all."""
@@ -137,7 +137,7 @@ class WorldCheck:
     def _new(self, observation: StateReward) -> StateReward | None:
         """Return the first observation of the run after this one, if it was received."""
         found = None
-        for each in reversed(self._heard('StateReward')):
+        for each in reversed(self._received('StateReward')):
             if each.message.run != observation.run or step_id(each.message) <= step_id(
                     observation):
                 break
@@ -196,24 +196,27 @@ class WorldCheck:
         if not over and self._world.model != 'none':
             check('W21', self._world.leads(before.state, after.state), 'a state that the model '
                   'leads to', f'{after.state} from {before.state}', before, after)
-            self._seen[before.state, action][after.state, after.reward] += 1
+            self._counts.add(before.state, action, after.state, after.reward)
         if after.terminated or after.truncated:
-            def reports() -> list[Any]:
-                return [each.message for each in self._heard('Episode')[-5:]
-                        if each.message[:3] == after[:3]]
-            self._channel.wait(reports, QUIET)
-            right = self._joined_at_start and reports()[:1] == [Episode(
-                *after[:3], self._return, after.terminated, after.truncated)]
-            check('W15', right or not self._joined_at_start and reports(),
-                  f'an Episode of return {self._return:g} before the last observation',
-                  reports() or 'none', after)
-            self._joined_at_start = True
+            self._check_report(after)
         return True
+
+    def _check_report(self, last: StateReward) -> None:
+        """Check the report of an episode; its return is known where the check saw its start."""
+        def reports() -> list[Episode]:
+            return [each.message for each in self._received('Episode')[-5:]
+                    if each.message[:3] == last[:3]]
+        self._channel.wait(reports, QUIET)
+        expected = Episode(*last[:3], self._return, last.terminated, last.truncated)
+        kept = expected in reports() if self._saw_start else reports()
+        self.report.check('W15', kept, f'{expected} before the last observation',
+                          reports() or 'none', last)
+        self._saw_start = True
 
     def _check_repeats(self, observation: StateReward) -> None:
         """Leave an observation open: it must be repeated, and nothing else must follow."""
         def repeats() -> list[StateReward]:
-            return [each.message for each in self._heard('StateReward')
+            return [each.message for each in self._received('StateReward')
                     if each.message[:3] == observation[:3]]
         count = len(repeats())
         self._channel.wait(lambda: False, 4 * QUIET)
@@ -234,7 +237,7 @@ class WorldCheck:
         missing = np.flatnonzero(~self._world.available[observation.state])
         right = self._choose(observation)
         wrong: list[tuple[int, dict[str, Any]]] = [
-            (right, {'run': observation.run % (2 ** 32 - 2) + 1}),
+            (right, {'run': other_number(observation.run)}),
             (right, {'learner': SECOND_LEARNER}),
             (NO_ACTION, {}), (self._world.n_actions, {}),
             (right, {'step': observation.step + 1})]
@@ -252,12 +255,12 @@ class WorldCheck:
                           self._new(observation))
 
     def _check_waiting(self) -> None:
-        """Say nothing for some seconds: the run must be freed, and taken by another learner."""
+        """Publish nothing for seconds: the run must be freed, and taken by another learner."""
         observation = self._last('StateReward')
-        descriptions = len(self._heard('WorldDescription'))
+        descriptions = len(self._received('WorldDescription'))
         freed = self._channel.wait(
             lambda: self._last('StateReward').learner == ANYONE
-            and len(self._heard('WorldDescription')) > descriptions, RELEASE)
+            and len(self._received('WorldDescription')) > descriptions, RELEASE)
         if not self.report.check('W14', freed, 'learner 0 and the description again, after 3 s '
                                  'without an action', f'neither within {RELEASE:g} s',
                                  self._last('StateReward')):
@@ -271,13 +274,13 @@ class WorldCheck:
     def _check_other_world(self) -> None:
         """Describe another world: this one publishes its own description, and stays."""
         mine = self._last('WorldDescription')
-        count = len(self._heard('WorldDescription'))
+        count = len(self._received('WorldDescription'))
         for _ in range(10):
-            before = len(self._heard('WorldDescription'))
-            self._channel.send(mine._replace(run=mine.run % (2 ** 32 - 2) + 1, replaces=NO_RUN))
+            before = len(self._received('WorldDescription'))
+            self._channel.send(mine._replace(run=other_number(mine.run), replaces=NO_RUN))
             self._channel.wait(
-                lambda before=before: len(self._heard('WorldDescription')) > before, QUIET)
-        answers = len(self._heard('WorldDescription')) - count
+                lambda before=before: len(self._received('WorldDescription')) > before, QUIET)
+        answers = len(self._received('WorldDescription')) - count
         self.report.check('W19', 1 <= answers <= 8, 'its description after that of another run, '
                           'at most 8 times', f'{answers} times', mine)
         observation = self._last('StateReward')
@@ -298,38 +301,3 @@ class WorldCheck:
             f'step id {step_id(first)}, learner {first.learner}', after, first)
         self.report.check('W4', after.run != NO_RUN, 'a run that is not 0', after.run, after)
         self._check_state(first)
-
-    def _check_frequencies(self) -> None:
-        """
-        Compare rewards, and how often each successor came, with the model.
-
-        Each action of each state has a chi-squared test, in which outcomes that are rare are
-        counted together; one more test is about all of them: how often the outcome that is most
-        likely did not come. The chance to fail a right world is ALPHA in all.
-        """
-        if not self._seen or self._world.model == 'none':
-            return
-        level = ALPHA / (len(self._seen) + 1)
-        missed, expected_misses, variance = 0, 0.0, 0.0
-        for (s, a), seen in self._seen.items():
-            expected, total = outcomes(self._world, s, a), sum(seen.values())
-            strange = [each for each in seen if each not in expected]
-            if not self.report.check('W22', not strange, 'rewards and successors of the model: '
-                                     + ', '.join(map(str, expected)),
-                                     f'{strange[:1]} in state {s}, action {a}'):
-                continue
-            likely = max(expected, key=lambda each: expected[each])
-            missed += total - seen[likely]
-            expected_misses += total * (1.0 - expected[likely])
-            variance += total * expected[likely] * (1.0 - expected[likely])
-            self._check_tail(level, *chi_squared(seen, expected),
-                             f'successors as often as the model says, in state {s}, action {a}')
-        if variance > LEAST:
-            self._check_tail(level, (missed - expected_misses) ** 2 / variance, 1,
-                             f'{expected_misses:.0f} steps that do not lead where they usually do,'
-                             f' and not {missed}')
-
-    def _check_tail(self, level: float, statistic: float, degrees: int, expected: str) -> None:
-        tail = chi_squared_tail(statistic, degrees)
-        self.report.check('W22', tail >= level, expected,
-                          f'chi-squared {statistic:.1f}: chance {tail:.1e}')

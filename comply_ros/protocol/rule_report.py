@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a check of a node has found about each rule, and how it talks to the node."""
+"""What a check of a node has found about each rule, and its channel to the node."""
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple, Protocol
 
@@ -10,10 +11,12 @@ PASS, FAIL, NOT_REACHED = 'PASS', 'FAIL', 'NOT REACHED'
 # Rules with a SHOULD: a node that breaks them works, but is less robust, or shows less.
 SHOULD = frozenset(('P9', 'P12', 'W14', 'W15', 'W19', 'W20', 'W21', 'M4', 'M6', 'L11', 'L13',
                     'L17'))
+PATIENCE = 10.0  # seconds that an answer may take
+QUIET = 0.3  # seconds without a message that count as silence
 SHOWN_MESSAGES = 4  # of those that show a failure
 
 
-class Heard(NamedTuple):
+class Received(NamedTuple):
     """A message that was received, and when, in seconds of the channel's clock."""
 
     time: float
@@ -42,19 +45,15 @@ class Verdict(NamedTuple):
 
 class Channel(Protocol):
     """
-    How a check talks to the node that it checks.
+    Publishes to the node that is checked, and receives from it.
 
     Attributes
     ----------
-    heard: all messages of the node so far, by the name of their type.
+    received: all messages of the node so far, by the name of their type.
 
     """
 
-    heard: dict[str, list[Heard]]
-
-    def now(self) -> float:
-        """Return the time in seconds."""
-        ...
+    received: defaultdict[str, list[Received]]
 
     def send(self, message: Any) -> None:
         """Publish a message."""

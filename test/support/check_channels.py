@@ -4,9 +4,9 @@
 from collections import defaultdict
 
 from comply_ros.protocol.messages import Action, LearnerDescription, Policy, WorldDescription
-from comply_ros.protocol.rule_report import Heard
+from comply_ros.protocol.rule_report import Received
 
-HEARD = ('StateReward', 'WorldDescription', 'Episode', 'Recommendation', 'Policy', 'Action',
+RECEIVED = ('StateReward', 'WorldDescription', 'Episode', 'Recommendation', 'Policy', 'Action',
          'LearnerDescription', 'Progress')
 FIRST_PAUSE, LONGEST_PAUSE = 0.02, 5.0  # as those of the node
 
@@ -21,15 +21,12 @@ class MachineChannel:
 
     def __init__(self, machine, change=lambda msg: (msg,)):
         self.machine, self._change, self.time = machine, change, 0.0
-        self.heard = defaultdict(list)
-
-    def now(self):
-        return self.time
+        self.received = defaultdict(list)
 
     def publish(self, outputs):
         for each in outputs:
-            for msg in self._change(each) if type(each).__name__ in HEARD else ():
-                self.heard[type(msg).__name__].append(Heard(self.time, msg))
+            for msg in self._change(each) if type(each).__name__ in RECEIVED else ():
+                self.received[type(msg).__name__].append(Received(self.time, msg))
 
     def wait(self, condition, seconds):
         if not condition():
