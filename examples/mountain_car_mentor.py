@@ -6,6 +6,7 @@ import sys
 
 from comply_msgs.msg import Recommendation, StateReward
 import rclpy
+from rclpy.executors import ExternalShutdownException
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
 BINS, LEFT, RIGHT = 40, 0, 2
@@ -45,7 +46,7 @@ def main():
     latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
     publisher = node.create_publisher(Recommendation, 'recommendation', latched)
     node.create_subscription(StateReward, 'state', on_state, latched)
-    with suppress(KeyboardInterrupt):
+    with suppress(KeyboardInterrupt, ExternalShutdownException):
         rclpy.spin(node)
 
 

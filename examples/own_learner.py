@@ -7,6 +7,7 @@ import random
 
 from comply_msgs.msg import Action, Recommendation, StateReward, WorldDescription
 import rclpy
+from rclpy.executors import ExternalShutdownException
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -66,9 +67,8 @@ def choose(s):
     """Return the advice, any action, or the best one."""
     if s % 2 and advice.get(s, -1) >= 0:
         return advice[s]
-    if random.random() < 0.1:
-        return random.choice(available(s))
-    return max(available(s), key=lambda a: q[s, a])
+    return random.choice(available(s)) if random.random() < 0.1 else max(
+        available(s), key=lambda a: q[s, a])
 
 
 rclpy.init()
@@ -77,5 +77,5 @@ actions = node.create_publisher(Action, 'action', LATCHED)
 node.create_subscription(WorldDescription, 'world', on_world, LATCHED)
 node.create_subscription(StateReward, 'state', on_state, LATCHED)
 node.create_subscription(Recommendation, 'recommendation', on_recommendation, LATCHED)
-with suppress(KeyboardInterrupt):
+with suppress(KeyboardInterrupt, ExternalShutdownException):
     rclpy.spin(node)

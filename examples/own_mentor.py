@@ -3,6 +3,7 @@
 
 from comply_msgs.msg import Recommendation, StateReward, WorldDescription
 import rclpy
+from rclpy.executors import ExternalShutdownException
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -40,5 +41,5 @@ node.create_subscription(WorldDescription, 'world', on_world, LATCHED)
 node.create_subscription(StateReward, 'state', on_state, LATCHED)
 try:
     rclpy.spin(node)
-except KeyboardInterrupt:
+except (KeyboardInterrupt, ExternalShutdownException):
     pass

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """A world node: a corridor of ten cells, where one step in three goes the other way."""
 
+from contextlib import suppress
 import random
 import time
 
 from comply_msgs.msg import Action, StateReward, WorldDescription
 import rclpy
+from rclpy.executors import ExternalShutdownException
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -58,7 +60,5 @@ worlds.publish(description)
 node.create_subscription(Action, 'action', on_action, LATCHED)
 node.create_timer(0.1, repeat)
 repeat()
-try:
+with suppress(KeyboardInterrupt, ExternalShutdownException):  # Ctrl-C, and the end of ROS
     rclpy.spin(node)
-except KeyboardInterrupt:
-    pass

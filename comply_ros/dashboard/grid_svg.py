@@ -90,8 +90,7 @@ def mentor_arrows(world: World, policy: NDArray[np.int8], trust: NDArray[np.floa
     states = np.flatnonzero(world.free & (policy != NO_ACTION))
     if len(world.free) > MAX_CELLS:
         return ''
-    visited = np.zeros(len(policy), dtype=bool) if trust is None or learned is None \
-        else learned != NO_ACTION
+    visited = visited_states(len(policy), trust, learned)
     others, states = states[~visited[states]], states[visited[states]]
     grey = f'<path d="{_arrows(world.grid, others, policy, WIDE)}" class="unknown"/>'
     if trust is None or not len(states):
@@ -100,6 +99,13 @@ def mentor_arrows(world: World, policy: NDArray[np.int8], trust: NDArray[np.floa
     return (grey if len(others) else '') + ''.join(
         f'<path d="{_arrows(world.grid, states[shades == shade], policy, WIDE)}" '
         f'fill="{trust_color(shade / SHADES)}"/>' for shade in np.unique(shades).tolist())
+
+
+def visited_states(n_states: int, trust: NDArray[np.float32] | None,
+                   learned: NDArray[np.int8] | None) -> NDArray[np.bool_]:
+    """Return in which states a trust is known: arguments as in `mentor_arrows`."""
+    return np.zeros(n_states, dtype=bool) if trust is None or learned is None \
+        else learned != NO_ACTION
 
 
 def learner_arrows(world: World, policy: NDArray[np.int8]) -> str:

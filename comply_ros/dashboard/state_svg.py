@@ -121,14 +121,13 @@ def mentor_arrows(world: World, layout: StateLayout, policy: NDArray[np.int8],
                   trust: NDArray[np.float32] | None,
                   learned: NDArray[np.int8] | None) -> str:
     """SVG of the advised actions, in the colours of `grid_svg.mentor_arrows`."""
-    states = np.flatnonzero(world.free & (policy != NO_ACTION))
     if len(world.free) > MAX_CELLS:
         return ''
-    marks = []
-    for s in states.tolist():
-        known = trust is not None and learned is not None and learned[s] != NO_ACTION
-        look = f'fill="{trust_color(round(float(trust[s]) * SHADES) / SHADES)}"' \
-            if known and trust is not None else 'class="unknown"'
+    visited, marks = grid_svg.visited_states(len(policy), trust, learned), []
+    for s in np.flatnonzero(world.free & (policy != NO_ACTION)).tolist():
+        look = 'class="unknown"'
+        if trust is not None and visited[s]:
+            look = f'fill="{trust_color(round(float(trust[s]) * SHADES) / SHADES)}"'
         marks.append(_mark(world, layout, s, int(policy[s]), WIDE, look))
     return ''.join(marks)
 
@@ -151,8 +150,9 @@ def sign(name: str) -> str:
     if name in SIGNS:
         return SIGNS[name]
     words = name.replace('_', ' ').split()
-    return name if len(name) <= LONGEST_SIGN else ''.join(
-        word[0] for word in words)[:LONGEST_SIGN] if len(words) > 1 else name[:LONGEST_SIGN]
+    if len(name) > LONGEST_SIGN and len(words) > 1:
+        name = ''.join(word[0] for word in words)
+    return name[:LONGEST_SIGN]
 
 
 def _mark(world: World, layout: StateLayout, s: int, action: int, shapes: tuple[str, ...],

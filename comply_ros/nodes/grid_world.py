@@ -3,7 +3,7 @@
 
 import secrets
 import time
-from typing import Any
+from typing import Any, NamedTuple
 
 from std_srvs.srv import SetBool, Trigger
 
@@ -37,24 +37,43 @@ from comply_ros.world.mdp import Source
 FIRST_PAUSE, LONGEST_PAUSE = 0.02, 5.0
 
 
+class MadeWorld(NamedTuple):
+    """
+    What a world node publishes.
+
+    Attributes
+    ----------
+    source: the world.
+    name: of it.
+    moves: how it moves; None: by its model.
+    details: what a checkpoint must agree with, besides the name and the hash.
+
+    """
+
+    source: Source
+    name: str
+    moves: Moves | None = None
+    details: str = ''
+
+
 class GridWorldNode(ProtocolNode):
     """Publishes the description of the world, then one observation for each action."""
 
     node_name = 'grid_world'
-    map_details = ''  # what its checkpoint must agree with, besides the name and the hash
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(self.node_name, **kwargs)
         seed = self.declare(SEED)
-        source, name, moves = self.make_world(seed)
-        self.machine = GridWorld(source, name, new_run(), seed, time.time_ns(), moves)
+        made = self.make_world(seed)
+        source = made.source
+        self.machine = GridWorld(source, made.name, new_run(), seed, time.time_ns(), made.moves)
         if source.step_limit == default_step_limit(self.machine.description.states):
             self.get_logger().info(f'episodes end after {source.step_limit} steps at the latest, '
                                    'ten times the number of states')
         check_description_size(description_size(self.machine.description))
         self._started = time.monotonic()
         saved = self.checkpointing.load(
-            {'map': map_text(name + self.map_details, source.sha256), 'seed': seed}, (Action,))
+            {'map': map_text(made.name + made.details, source.sha256), 'seed': seed}, (Action,))
         if saved:
             self.machine.load_state_dict(*saved)
             self.get_logger().info(f'continues at step id {step_id(self.machine.observation)}')
@@ -77,14 +96,10 @@ class GridWorldNode(ProtocolNode):
         self._set_rate({'rate': rate})
         self.respond(self.machine.last_outputs())
 
-    def make_world(self, seed: int) -> tuple[Source, str, Moves | None]:
-        """
-        Declare the parameters of the world; return it, its name, and how it moves.
-
-        seed: of all that is random in it. None for how it moves: by its model.
-        """
+    def make_world(self, seed: int) -> MadeWorld:
+        """Declare the parameters of the world and return it. seed: of what is random in it."""
         name, profile = self.declare(MAP), self.declare(PROFILE)
-        return read_map(name, profile), map_title(name), None
+        return MadeWorld(read_map(name, profile), map_title(name))
 
     def on_action(self, msg: Action) -> Outputs:
         """Return outputs for an action of the learner."""

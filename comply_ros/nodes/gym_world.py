@@ -4,7 +4,7 @@
 from importlib import import_module
 from typing import Any
 
-from comply_ros.nodes.grid_world import GridWorldNode
+from comply_ros.nodes.grid_world import GridWorldNode, MadeWorld
 from comply_ros.nodes.parameters import (
     BINS,
     ENV,
@@ -18,7 +18,6 @@ from comply_ros.nodes.spin import run_node
 from comply_ros.nodes.topics import MessageError
 from comply_ros.numerics.number_text import NumberError, read_number
 from comply_ros.protocol.messages import Action, Outputs
-from comply_ros.protocol.moves import Moves
 from comply_ros.storage.environment_moves import (
     environment_source,
     EnvironmentFault,
@@ -29,7 +28,6 @@ from comply_ros.storage.gymnasium_worlds import make_environment, one_line
 from comply_ros.storage.state_store import StateError
 from comply_ros.storage.user_files import load_yaml, YamlError
 from comply_ros.world.grid import MapError
-from comply_ros.world.mdp import Source
 
 
 class GymWorldNode(GridWorldNode):
@@ -41,8 +39,8 @@ class GymWorldNode(GridWorldNode):
 
     node_name = 'gym_world'
 
-    def make_world(self, seed: int) -> tuple[Source, str, Moves | None]:
-        """Declare the parameters of the world; return it, its name, and how it moves."""
+    def make_world(self, seed: int) -> MadeWorld:
+        """Declare the parameters of the world and return it. seed: of what is random in it."""
         name, arguments, module, bins, limits, use_table = (
             self.declare(each) for each in (ENV, ENV_ARGS, MODULE, BINS, LIMITS, USE_TABLE))
         if not name:
@@ -53,8 +51,8 @@ class GymWorldNode(GridWorldNode):
         env = make_environment(name, read_arguments(arguments))
         numbers = StateNumbers(env.observation_space, bins, read_limits(limits))
         source = environment_source(env, numbers, use_table)
-        self.map_details = f' {arguments} {list(bins)} {limits}'
-        return source, name, EnvironmentMoves(env, name, source, numbers, seed)
+        return MadeWorld(source, name, EnvironmentMoves(env, name, source, numbers, seed),
+                         f' {arguments} {list(bins)} {limits}')
 
     def on_action(self, msg: Action) -> Outputs:
         """Return outputs for an action of the learner."""

@@ -22,8 +22,9 @@ def example(name):
     try:
         yield
     finally:
-        process.kill()
-        process.wait()
+        process.terminate()
+        code = process.wait()
+    assert code == 0  # without a traceback
 
 
 @pytest.mark.parametrize('kind, name, arguments', [
