@@ -8,14 +8,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from comply_ros.learner.confidence import apply_advice_prior
-from comply_ros.learner.exploration import choose, DRAWS, policy_action
+from comply_ros.learner.exploration import DRAWS
 from comply_ros.learner.learned import begin_from, Learned, learned_by
 from comply_ros.learner.learner_config import LearnerConfig
 from comply_ros.learner.learner_state import initial_state, LearnerState
+from comply_ros.learner.learning_step import choose_and_learn
 from comply_ros.learner.model import finish_episode
 from comply_ros.learner.reconfigure import changed_state
-from comply_ros.learner.update_rules import decay_schedules, learn
+from comply_ros.learner.update_rules import decay_schedules
 from comply_ros.numerics.jit import plain_view
 from comply_ros.numerics.rng import random_streams, UniformRows
 from comply_ros.numerics.summation import mean_in_order
@@ -177,29 +177,21 @@ class Agent:
 
         """
         u_listen, u_act = self.draws.row()
-        config, state, a, p = self.kernel_config, self._views, NO_ACTION, 0.0
-        learns = self.learns
-        if not terminated and not config.learns:
-            a = policy_action(s, u_act, self._policy_view, state.q, config.actions)
-        elif not terminated:
-            if learns:
-                apply_advice_prior(s, advice, config, state)
-            a, p = choose(s, advice, step, u_listen, u_act, config, state)
-            if advice != NO_ACTION:
-                self._advised += 1
-                self._confidence_sum += p
-        if step == 0:
-            self._abandon_episode()
-            self._whole_episode = True
-        elif self._last_action == NO_ACTION:
-            self._abandon_episode()
-        else:
+        follows = step > 0 and self._last_action != NO_ACTION
+        a, p = choose_and_learn(
+            self.learns, self._last_state, self._last_action if follows else NO_ACTION,
+            self._last_advice, reward, s, step, terminated, advice, u_listen, u_act,
+            self.kernel_config, self._views, self._policy_view)
+        if advice != NO_ACTION and self.config.learns and not terminated:
+            self._advised += 1
+            self._confidence_sum += p
+        if follows:
             self._return += reward
             self._iteration_steps += 1
             self.steps += 1
-            if learns:
-                learn(self._last_state, self._last_action, reward, s, a, terminated,
-                      self._last_advice, config, state)
+        else:
+            self._abandon_episode()
+            self._whole_episode = step == 0
         self._last_state, self._last_action, self._last_advice = s, a, advice
         iteration = self._finish_episode() if terminated or truncated else None
         return Decision(a, u_listen < p, p, iteration)

@@ -9,13 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from comply_ros.learner.agent import Agent, IterationResult
-from comply_ros.learner.confidence import apply_advice_prior
-from comply_ros.learner.exploration import choose, policy_action
 from comply_ros.learner.learned import Learned
 from comply_ros.learner.learner_config import KernelConfig, LearnerConfig, NO_TRUST
 from comply_ros.learner.learner_state import Array, LearnerState
+from comply_ros.learner.learning_step import choose_and_learn
 from comply_ros.learner.model import finish_episode
-from comply_ros.learner.update_rules import learn
 from comply_ros.mentor.advice_budget import AdviceBudget, advise, record_action
 from comply_ros.numerics.jit import kernel, specialized
 from comply_ros.numerics.rng import random_streams, UniformRows
@@ -159,27 +157,22 @@ def play(learns: bool, world: WorldArrays, mentor: MentorArrays, config: KernelC
     count, most = 0, min(len(moves), len(decisions))
     while count < most and episode < len(returns):
         r, s2, done, over = next_state(step, s, a, moves[count, 0], world)
-        a2, advice2 = NO_ACTION, NO_ACTION
-        if not done and not config.learns:
-            a2 = policy_action(s2, decisions[count, 1], policy, state.q, config.actions)
-        elif not done:
+        advice2 = NO_ACTION
+        if not done and config.learns:
             advice2 = advise(s2, mentor.policy, mentor.important, mentor.advised,
                              mentor.remaining, mentor.last_actions)
             if config.trust != NO_TRUST:
                 received[s2] = advice2
-            if learns:
-                apply_advice_prior(s2, advice2, config, state)
-            a2, p = choose(s2, advice2, step + 1, decisions[count, 0], decisions[count, 1],
-                           config, state)
-            if not over:  # the last choice of a truncated episode is never published
-                record_action(s2, a2, mentor.last_actions)
-            if advice2 != NO_ACTION:
-                confidences[0] += 1.0
-                confidences[1] += p
+        a2, p = choose_and_learn(
+            learns, s, a if step >= 0 else NO_ACTION, advice, r, s2, step + 1, done, advice2,
+            decisions[count, 0], decisions[count, 1], config, state, policy)
+        if not over:  # the last choice of a truncated episode is never published
+            record_action(s2, a2, mentor.last_actions)
+        if advice2 != NO_ACTION:
+            confidences[0] += 1.0
+            confidences[1] += p
         if step >= 0:
             returns[episode] += r
-            if learns:
-                learn(s, a, r, s2, a2, done, advice, config, state)
         count += 1
         step, s, a, advice = step + 1, s2, a2, advice2
         if over:

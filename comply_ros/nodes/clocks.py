@@ -11,7 +11,7 @@ when there is no /clock.
 from collections.abc import Callable
 import time
 
-from rclpy.clock import Clock, ClockType, JumpThreshold, ROSClock
+from rclpy.clock import Clock, ClockType, JumpHandle, JumpThreshold, ROSClock
 from rclpy.node import Node
 from rclpy.timer import Timer
 
@@ -32,9 +32,7 @@ class PaceTimer:
 
     def __init__(self, node: Node, seconds: float, callback: Callable[[], None]) -> None:
         self._node, self._seconds, self._callback = node, seconds, callback
-        self._clock_changes = node.get_clock().create_jump_callback(
-            JumpThreshold(min_forward=None, min_backward=None, on_clock_change=True),
-            post_callback=lambda _: self._restart())
+        self._clock_changes = _on_clock_change(node, self._restart)
         self._timer = self._start()
 
     def destroy(self) -> None:
@@ -78,16 +76,24 @@ class PaceClock:
         return 'ROS time', ros_clock.now().nanoseconds / 1e9
 
 
-def stamp_clock(node: Node) -> Callable[[], int]:
+class StampClock:
     """
-    Return a function that reads the clock for stamps of messages, in nanoseconds since 1970.
+    The clock for stamps of messages: ROS time where `use_sim_time` is set, else the system's.
 
-    That is ROS time where `use_sim_time` is set, and the system clock otherwise.
+    Which of them is noted when it changes: to ask rclpy for each message costs 3 microseconds.
     """
-    def nanoseconds() -> int:
-        clock = _active_ros_clock(node)
-        return clock.now().nanoseconds if clock else time.time_ns()
-    return nanoseconds
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._clock_changes = _on_clock_change(node, self._choose)
+        self._choose()
+
+    def nanoseconds(self) -> int:
+        """Return the time now, in nanoseconds since 1970."""
+        return self._ros_clock.now().nanoseconds if self._ros_clock else time.time_ns()
+
+    def _choose(self) -> None:
+        self._ros_clock = _active_ros_clock(self._node)
 
 
 def waiting_for(node: Node, missing: str | None = None) -> str | None:
@@ -106,3 +112,10 @@ def waiting_for(node: Node, missing: str | None = None) -> str | None:
 def _active_ros_clock(node: Node) -> ROSClock | None:
     clock = node.get_clock()
     return clock if isinstance(clock, ROSClock) and clock.ros_time_is_active else None
+
+
+def _on_clock_change(node: Node, callback: Callable[[], None]) -> JumpHandle:
+    """Call back when ROS time was turned on or off, until the handle is unregistered."""
+    return node.get_clock().create_jump_callback(
+        JumpThreshold(min_forward=None, min_backward=None, on_clock_change=True),
+        post_callback=lambda _: callback())

@@ -6,7 +6,7 @@ import time
 from typing import Any
 
 from comply_ros.nodes.checkpointing import Checkpointing
-from comply_ros.nodes.clocks import stamp_clock, steady_timer, waiting_for
+from comply_ros.nodes.clocks import StampClock, steady_timer, waiting_for
 from comply_ros.nodes.diagnostics import Diagnostics, ERROR, INACTIVE, OK, WARN
 from comply_ros.nodes.parameter_node import SafeParameterNode
 from comply_ros.nodes.parameters import STATE_DIR
@@ -38,6 +38,7 @@ class ProtocolNode(SafeParameterNode):
         self.machine, self.mistake = None, None
         self.diagnostics, self._type_check = Diagnostics(self), TopicTypeCheck(self)
         self.checkpointing = Checkpointing(self, self.declare(STATE_DIR))
+        self._stamp_clock = StampClock(self)
         self._own_publishers: list[Any] = []
         self._own_services: list[Any] = []
         self._pending: Outputs | None = None  # until the state is on disk
@@ -54,7 +55,7 @@ class ProtocolNode(SafeParameterNode):
         """Make a publisher; outputs of the topic's tuple type are published there."""
         publisher = self.create_publisher(topic.message, topic.name, topic.qos,
                                           **_fixed_qos(topic))
-        encode = writer(topic, stamp_clock(self))
+        encode = writer(topic, self._stamp_clock.nanoseconds)
         publish = publisher.publish
         self._own_publishers.append(publisher)
         self._handlers[topic.tuple_type] = lambda output: publish(encode(output))

@@ -21,6 +21,7 @@ from comply_ros.terminal.interrupts import interrupts, StopFlag
 
 HOLD = 'COMPLY_ROS_HOLD'  # environment variable: start when a byte comes on standard input
 POLL_PERIOD = 0.1  # seconds between two checks for Ctrl-C
+GARBAGE_THRESHOLD = 20_000  # new objects before a collection: 700 cost a tenth of a step
 SHUTDOWN_TIMEOUT = 5  # seconds that rclpy has to shut down; then the kernel ends the process
 
 
@@ -88,6 +89,7 @@ def _spin(node: Any, stop: StopFlag) -> None:
     executor = EventsExecutor()
     executor.add_node(node)
     gc.freeze()  # what a node is made of is not looked through while it runs
+    gc.set_threshold(GARBAGE_THRESHOLD)
     node.get_logger().info('ready')
     try:
         while rclpy.ok() and not stop.is_set() and not node.has_ended:

@@ -17,7 +17,7 @@ from comply_ros.protocol.messages import (
 from comply_ros.protocol.validation import validate_recommendation
 from comply_ros.world.mdp import World
 
-REMEMBERED = 1000  # past observations for which late advice still counts
+REMEMBERED = 1000  # past observations, at least, for which late advice still counts
 
 
 class AdviceBuffer:
@@ -34,7 +34,8 @@ class AdviceBuffer:
     def __init__(self, run: int | None = None, newest: StepId = (0, -1)) -> None:
         self._run, self._newest = run, newest
         self._advice: dict[int, Recommendation] = {}
-        self._observed: dict[StepId, int] = {}
+        self._observed: dict[StepId, int] = {}  # states of the newest observations
+        self._observed_before: dict[StepId, int] = {}  # and of as many before them
         self._early: Recommendation | None = None
 
     def forget(self) -> None:
@@ -44,10 +45,9 @@ class AdviceBuffer:
     def add_observation(self, step: StepId, state: int) -> Recommendation | None:
         """Remember an observation; return advice that came before it, or None."""
         self._newest = step
-        observed = self._observed
-        observed[step] = state
-        if len(observed) > REMEMBERED:
-            del observed[next(iter(observed))]
+        self._observed[step] = state
+        if len(self._observed) >= REMEMBERED:  # cheaper than to delete the oldest each time
+            self._observed_before, self._observed = self._observed, {}
         early, self._early = self._early, None
         return early
 
@@ -61,7 +61,7 @@ class AdviceBuffer:
         if problem:
             return False, (problem,)
         here = step_id(msg)
-        state = self._observed.get(here)
+        state = self._observed.get(here, self._observed_before.get(here))
         if state is None:
             return False, self._without_observation(msg)
         if state != msg.state:
@@ -83,7 +83,8 @@ class AdviceBuffer:
             return (Ignored('advice too late', f'ignored a recommendation for step id {here}: it '
                             'came late, or twice'),)
         before, self._early = self._early, msg
-        if before is None or step_id(before) == here or not self._observed:
+        if before is None or step_id(before) == here or \
+                not (self._observed or self._observed_before):
             return ()
         return (Rejected('advice without observation', 'a recommendation must be for an '
                          f'observation that was made, got step id {step_id(before)} after '

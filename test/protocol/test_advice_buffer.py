@@ -55,10 +55,11 @@ def test_advice_without_an_observation_is_rejected_when_other_advice_takes_its_p
 
 
 def test_advice_for_an_observation_long_past_is_ignored():
-    buffer = buffer_after(*(state(step=step, s=step % 2) for step in range(REMEMBERED + 1)))
+    buffer = buffer_after(*(state(step=step, s=step % 2) for step in range(2 * REMEMBERED)))
     _, (ignored,) = buffer.add_advice(advice(), ROOM)
     assert ignored.kind == 'advice too late'
-    assert buffer.add_advice(advice(step=1, s=1), ROOM) == (True, ())
+    oldest = REMEMBERED  # of those that still count
+    assert buffer.add_advice(advice(step=oldest, s=oldest % 2), ROOM) == (True, ())
 
 
 def test_forgotten_advice_is_gone_and_the_observations_stay():

@@ -13,7 +13,7 @@ from rclpy.time import Time
 from rosgraph_msgs.msg import Clock
 from waiting import DEADLINE
 
-from comply_ros.nodes.clocks import PaceClock, PaceTimer, steady_timer
+from comply_ros.nodes.clocks import PaceClock, PaceTimer, StampClock, steady_timer
 
 pytestmark = pytest.mark.usefixtures('domain')
 
@@ -139,3 +139,13 @@ def test_a_pace_clock_counts_ros_time_that_passes_forward(node):
     assert clock.seconds() == pytest.approx(3.0)
     node.spin(0.1)
     assert clock.seconds() > 3.09
+
+
+def test_stamps_follow_ros_time_while_use_sim_time_is_set(node):
+    clock = StampClock(node)
+    assert abs(clock.nanoseconds() - time.time_ns()) < 60e9
+    node.use_sim_time(True)
+    node.set_ros_time(100.25)
+    assert clock.nanoseconds() == 100_250_000_000
+    node.use_sim_time(False)
+    assert abs(clock.nanoseconds() - time.time_ns()) < 60e9

@@ -10,7 +10,7 @@ from typing import Any
 
 from rclpy.publisher import Publisher
 
-from comply_ros.nodes import cdr
+from comply_ros.nodes import cdr, protocol_node
 from comply_ros.nodes.protocol_node import ProtocolNode
 from comply_ros.protocol.grid_world import GridWorld
 from comply_ros.protocol.learner import Learner
@@ -62,3 +62,40 @@ class CallbackTimer:
         self._path.write_text(json.dumps({
             label: median(times[WARM_UP:])
             for label, times in self._times.items() if len(times) > WARM_UP}))
+
+
+class ReactionTimer:
+    """
+    Times from a message received, as bytes, to the first message handed to `publish` for it.
+
+    Parameters
+    ----------
+    path: of the JSON file that `write` makes.
+
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path, self._received = path, 0
+        self._times: list[int] = []
+        make_reader, publish = protocol_node.reader, Publisher.publish
+        setattr(protocol_node, 'reader', lambda topic: self._started(make_reader(topic)))
+        setattr(Publisher, 'publish', lambda publisher, message: self._publish(
+            publish, publisher, message))
+
+    def _started(self, read: Callable[[bytes], Any]) -> Callable[[bytes], Any]:
+        def read_and_start(content: bytes) -> Any:
+            self._received = perf_counter_ns()
+            return read(content)
+        return read_and_start
+
+    def _publish(self, publish: Callable[..., Any], publisher: Publisher, message: Any) -> None:
+        received, self._received = self._received, 0
+        if received:
+            self._times.append(perf_counter_ns() - received)
+        publish(publisher, message)
+
+    def write(self) -> None:
+        """Write the median of all times after the warm-up, in ns."""
+        times = self._times[WARM_UP:]
+        self._path.write_text(json.dumps(
+            {'from a message received to `publish`': median(times)} if times else {}))

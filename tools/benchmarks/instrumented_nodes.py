@@ -18,7 +18,7 @@ from comply_ros.nodes import cost_throttle, spin, topics
 from comply_ros.protocol.grid_world import GridWorld
 from comply_ros.protocol.messages import StateReward
 from comply_ros.terminal.interrupts import end_with_parent, interrupts
-from tools.benchmarks.callback_timer import CallbackTimer
+from tools.benchmarks.callback_timer import CallbackTimer, ReactionTimer
 from tools.benchmarks.empty_ring import SPIN_TIMEOUT
 from tools.benchmarks.step_times import StepTimes
 
@@ -46,7 +46,8 @@ def use_unthrottled_maps() -> None:
 
 VARIANTS = {'default_executor': use_default_executor, 'best_effort': use_best_effort,
             'unthrottled_maps': use_unthrottled_maps}
-TIMED = 'timed'  # the variant that writes the times of the parts of its callbacks
+TIMED, REACTION = 'timed', 'reaction'
+TIMERS = {TIMED: CallbackTimer, REACTION: ReactionTimer}  # variants that write times of callbacks
 
 
 def recorded(on_action: Callable[[Any, Any], Any],
@@ -83,7 +84,8 @@ def main(argv: Sequence[str]) -> int:
     names, *variants = selection.split(',')
     for variant in set(variants) & set(VARIANTS):
         VARIANTS[variant]()
-    timer = CallbackTimer(Path(folder) / f'{names}.json') if TIMED in variants else None
+    timers = [TIMERS[variant](Path(folder) / f'{names}.json')
+              for variant in variants if variant in TIMERS]
     makers = [getattr(import_module(f'comply_ros.nodes.{name}'), CLASSES[name])
               for name in names.split('+')]
     times = StepTimes(Path(folder))
@@ -95,7 +97,7 @@ def main(argv: Sequence[str]) -> int:
         spin.run_node(makers[0], [names, *arguments], ())
     if 'grid_world' in names:
         times.write()
-    if timer:
+    for timer in timers:
         timer.write()
     return 0
 

@@ -8,7 +8,7 @@ import time
 
 import numpy as np
 
-from tools.benchmarks.instrumented_nodes import TIMED
+from tools.benchmarks.instrumented_nodes import REACTION, TIMED
 from tools.benchmarks.interleave import Bench, Row
 from tools.benchmarks.processes import (
     Members,
@@ -32,7 +32,8 @@ def measure_parts(bench: Bench) -> tuple[list[Row], dict[str, list[dict[str, flo
     profiles = bench.interleave('where', {
         'ring': lambda: profile(folder, RING, seconds),
         'nodes': lambda: profile(folder, three_processes(), seconds, parameters),
-        'parts': lambda: profile(folder, three_processes(TIMED), seconds, parameters)})
+        'parts': lambda: profile(folder, three_processes(TIMED), seconds, parameters),
+        'reaction': lambda: profile(folder, three_processes(REACTION), seconds, parameters)})
     rows = [Row(f'{loop}: {label}', [each[label] for each in rounds])
             for loop, rounds in profiles.items() for label in rounds[0]]
     return rows, profiles

@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One step of a learner: it chooses an action, then learns from the reward of the last one."""
+
+from __future__ import annotations
+
+from comply_ros.learner.confidence import apply_advice_prior
+from comply_ros.learner.exploration import choose, policy_action
+from comply_ros.learner.learner_config import KernelConfig
+from comply_ros.learner.learner_state import Array, LearnerState
+from comply_ros.learner.update_rules import learn
+from comply_ros.numerics.jit import kernel
+from comply_ros.world.grid import NO_ACTION
+
+
+@kernel
+def choose_and_learn(learns: bool, last_s: int, last_a: int, last_advice: int, r: float, s: int,
+                     step: int, terminated: bool, advice: int, u_listen: float, u_act: float,
+                     config: KernelConfig, state: LearnerState,
+                     policy: Array) -> tuple[int, float]:
+    """
+    Change the state by one transition; return the action in state s, and the confidence in it.
+
+    The action is -1 where the episode has ended; the confidence is 0 without advice.
+
+    Parameters
+    ----------
+    learns: whether arrays may change.
+    last_s, last_a, last_advice: of the step before; an action of -1: nothing is learned.
+    r: reward of that action.
+    step: of the episode, from 0.
+    terminated: s is terminal and has the value 0.
+    advice: the mentor's action in s, -1 for none.
+    u_listen, u_act: uniform in [0, 1).
+    policy: `policy[s]` of a learner that does not learn.
+
+    """
+    a, p = NO_ACTION, 0.0
+    if not terminated and not config.learns:
+        a = policy_action(s, u_act, policy, state.q, config.actions)
+    elif not terminated:
+        if learns:
+            apply_advice_prior(s, advice, config, state)
+        a, p = choose(s, advice, step, u_listen, u_act, config, state)
+    if learns and last_a != NO_ACTION:
+        learn(last_s, last_a, r, s, a, terminated, last_advice, config, state)
+    return a, p
