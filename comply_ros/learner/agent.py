@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from comply_ros.learner.exploration import DRAWS
 from comply_ros.learner.learned import begin_from, Learned, learned_by
 from comply_ros.learner.learner_config import LearnerConfig
-from comply_ros.learner.learner_state import initial_state, LearnerState
+from comply_ros.learner.learner_state import initial_state, LATER_ARRAYS, LearnerState
 from comply_ros.learner.learning_step import choose_and_learn
 from comply_ros.learner.model import finish_episode
 from comply_ros.learner.reconfigure import changed_state
@@ -242,10 +242,10 @@ class Agent:
             setattr(self, name, values[name.lstrip('_')])
         self.draws.skip_to(values['observations'])
         for name, array in self.state._asdict().items():
-            if arrays[name].shape != array.shape:
-                raise ValueError(f'{name} must have the shape {array.shape}, '
-                                 f'got {arrays[name].shape}')
-            array[...] = arrays[name]
+            saved = arrays[name] if name not in LATER_ARRAYS else arrays.get(name, array[:0])
+            if saved.shape != array.shape:
+                raise ValueError(f'{name} must have the shape {array.shape}, got {saved.shape}')
+            array[...] = saved
         self.earlier_advice = arrays.get('earlier_advice', no_advice(self._world))
         if not self.config.learns:
             self._act_by(arrays['policy'], arrays['policy_confidence'])

@@ -157,6 +157,24 @@ def epsilon_greedy_action(s: int, excluded: int, u: float, epsilon: float, q: Ar
 
 
 @kernel
+def expected_value(s: int, config: KernelConfig, state: LearnerState) -> float:
+    """
+    Mean value in state s of the action that an epsilon-greedy or softmax (2.24) choice draws.
+
+    The sum of expected SARSA (Sutton and Barto, 2018, (6.9)).
+    """
+    best, total, weights = max_q_except(s, -1, state.q, config.actions), 0.0, 0.0
+    for a in range(count_actions(config.actions)):
+        q = state.q[s, a]
+        if q > NOTHING:
+            weight = 1.0 if config.epsilon > 0.0 else math.exp((q - best) / state.temperature[0])
+            total += weight * q
+            weights += weight
+    mean = total / weights
+    return (1.0 - config.epsilon) * best + config.epsilon * mean if config.epsilon > 0.0 else mean
+
+
+@kernel
 def greedy_or_untried_action(s: int, explores: bool, u: float, q: Array, visits: Array,
                              actions: Actions) -> int:
     """

@@ -86,6 +86,7 @@ class Learned(NamedTuple):
                 ('visits', 'finite and at least 1', _at_least(1.0, state.visits)),
                 ('departures', 'finite and at least 1', _at_least(1.0, state.departures)),
                 ('belief', 'finite', np.isfinite(state.belief)),
+                ('half_difference', 'finite', np.isfinite(state.half_difference)),
                 ('outcomes', 'finite, with states of the world',
                  np.isfinite(state.outcomes).all() and (successor >= -1.0).all()
                  and (successor < states).all()),

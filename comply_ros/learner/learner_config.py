@@ -37,12 +37,18 @@ class LearnerConfig:
 
     Raises
     ------
-    MethodError: for a value of the wrong type or out of its range.
+    ConfigError: for a value of the wrong type or out of its range.
 
     """
 
     off_policy: bool = _field(
         False, 'Learn from the best next action (2.17), not from the chosen one (2.15)')
+    expects: bool = _field(
+        False, 'Learn from the mean value of the next action over the choices of the learner '
+        '(expected SARSA), not from the one that it chose')
+    doubles: bool = _field(
+        False, 'Learn two tables of values, each from the value in one of the best action in the '
+        'other (double Q-learning); q is their mean')
     replays: bool = _field(
         False, 'Compute action values from a model of the usual outcome of each action, backed up '
         'along the episode at its end, instead of (2.15) and (2.17)')
@@ -130,6 +136,15 @@ class LearnerConfig:
         if self.replays and self.visit_growth != 1.0:
             raise ConfigError('visit_growth must be 1.0 where replays is true, '
                               f'got {self.visit_growth}')
+        if self.expects and (self.off_policy or self.trust != 'none'):
+            raise ConfigError('off_policy must be false and trust none where expects is true, got '
+                              f'{str(self.off_policy).lower()} and {self.trust}')
+        if self.doubles and (not self.off_policy or self.replays or self.trust != 'none'
+                             or self.trace_decay > 0.0):
+            raise ConfigError(
+                'off_policy must be true, replays false, trust none and trace_decay 0 where '
+                f'doubles is true, got {str(self.off_policy).lower()}, '
+                f'{str(self.replays).lower()}, {self.trust} and {self.trace_decay}')
         if self.trust == 'explicit' and self.trust_rate > 1:
             raise ConfigError('trust_rate must lie in [0, 1] where trust is explicit, '
                               f'got {self.trust_rate}')

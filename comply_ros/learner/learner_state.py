@@ -43,6 +43,8 @@ class LearnerState(NamedTuple):
     traces: `traces[s, a]`, eligibility (2.20); or `traces[s, 0]`, visited in this episode.
     trail: int64: the number of traces above 0, then `n_actions * s + a` of each.
     outcomes: `outcomes[s, a]`: mean reward, most frequent successor, its votes.
+    half_difference: `half_difference[s, a]`: of the two tables of double Q-learning, which are
+        q + half_difference and q - half_difference.
 
     """
 
@@ -63,6 +65,7 @@ class LearnerState(NamedTuple):
     traces: Array
     trail: Array
     outcomes: Array
+    half_difference: Array
 
     def views(self) -> LearnerState:
         """Return memoryviews of the same arrays, for kernels that run as plain Python."""
@@ -74,6 +77,10 @@ class LearnerState(NamedTuple):
         for array in self:
             sha.update(array.astype('<f8').tobytes())
         return sha.hexdigest()
+
+
+# Arrays that what was saved before they came does not have: they had no elements then.
+LATER_ARRAYS = ('half_difference',)
 
 
 def initial_state(world: World, config: LearnerConfig) -> LearnerState:
@@ -97,4 +104,5 @@ def initial_state(world: World, config: LearnerConfig) -> LearnerState:
         pool_discard=scalar(first_belief[1]),
         traces=np.zeros((traced, n_actions)),
         trail=np.zeros(1 + n_actions * traced, dtype=np.int64),
-        outcomes=np.zeros((states if config.replays else 0, n_actions, 3)))
+        outcomes=np.zeros((states if config.replays else 0, n_actions, 3)),
+        half_difference=np.zeros((states if config.doubles else 0, n_actions)))

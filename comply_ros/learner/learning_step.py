@@ -42,5 +42,5 @@ def choose_and_learn(learns: bool, last_s: int, last_a: int, last_advice: int, r
             apply_advice_prior(s, advice, config, state)
         a, p = choose(s, advice, step, u_listen, u_act, config, state)
     if learns and last_a != NO_ACTION:
-        learn(last_s, last_a, r, s, a, terminated, last_advice, config, state)
+        learn(last_s, last_a, r, s, a, terminated, last_advice, u_listen, config, state)
     return a, p

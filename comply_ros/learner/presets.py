@@ -96,6 +96,10 @@ BASELINES = {
     'jump_start': replace(_ALONE, trust='jump_start'),
     'sarsa_epsilon': _TEXTBOOK,
     'q_learning_epsilon': replace(_TEXTBOOK, off_policy=True),
+    # Sutton and Barto (2018), (6.9).
+    'expected_sarsa': replace(_TEXTBOOK, expects=True),
+    # Van Hasselt, Double Q-learning, NIPS 2010; Sutton and Barto (2018), section 6.7.
+    'double_q_learning': replace(_TEXTBOOK, off_policy=True, doubles=True),
 }
 
 PUBLISHED['beta_implicit_off_policy'] = replace(  # section 4.4

@@ -5,15 +5,16 @@ import math
 
 from comply_ros.learner.belief_update import update_belief
 from comply_ros.learner.eligibility_traces import mark_trace, propagate_along_traces
+from comply_ros.learner.exploration import expected_value
 from comply_ros.learner.learner_config import BETA, EXPLICIT, KernelConfig
 from comply_ros.learner.learner_state import LearnerState
 from comply_ros.learner.model import backup, mark_visited, record_outcome
 from comply_ros.numerics.jit import kernel
-from comply_ros.numerics.q_ops import max_q_except
+from comply_ros.numerics.q_ops import count_actions, max_q_except, NOTHING
 
 
 @kernel
-def learn(s: int, a: int, r: float, s2: int, a2: int, done: bool, advice: int,
+def learn(s: int, a: int, r: float, s2: int, a2: int, done: bool, advice: int, u: float,
           config: KernelConfig, state: LearnerState) -> None:
     """
     Change all arrays by one transition: SARSA (2.15), Q-learning (2.17), compliance (3.3).
@@ -22,8 +23,12 @@ def learn(s: int, a: int, r: float, s2: int, a2: int, done: bool, advice: int,
     ----------
     done: s2 is terminal and has the value 0.
     advice: the mentor's action in s, -1 for none.
+    u: uniform in [0, 1): which of two tables learns.
 
     """
+    if config.doubles:
+        learn_double(s, a, r, s2, done, u < 0.5, config, state)
+        return
     q, visits = state.q, state.visits
     target, trace_factor = r, 1.0
     if not done:
@@ -33,6 +38,8 @@ def learn(s: int, a: int, r: float, s2: int, a2: int, done: bool, advice: int,
             if following < best and config.cuts_traces:
                 trace_factor = 0.0
             following = best
+        elif config.expects:
+            following = expected_value(s2, config, state)
         target += config.discount * following
     delta = target - q[s, advice] if advice >= 0 else 0.0
     change = learning_rate(visits[s, a], config) * (target - q[s, a])
@@ -52,6 +59,31 @@ def learn(s: int, a: int, r: float, s2: int, a2: int, done: bool, advice: int,
         backup(s, config.discount, q, visits, state.outcomes, config.actions)
     if advice >= 0 and (config.trust == BETA or config.trust == EXPLICIT):
         update_belief(s, a, advice, delta, config, state)
+
+
+@kernel
+def learn_double(s: int, a: int, r: float, s2: int, done: bool, first: bool,
+                 config: KernelConfig, state: LearnerState) -> None:
+    """
+    Change one of two tables of values by a transition: double Q-learning (van Hasselt, 2010).
+
+    first: whether the first one learns, from the value of the second one; else the other way.
+    Ties of the best action go to the lower number.
+    """
+    q, sign = state.q, 1.0 if first else -1.0
+    half, target = state.half_difference, r
+    if not done:
+        best, following = NOTHING, 0.0
+        for b in range(count_actions(config.actions)):
+            value = q[s2, b] + sign * half[s2, b]
+            if value > best:
+                best, following = value, q[s2, b] - sign * half[s2, b]
+        target += config.discount * following
+    change = learning_rate(state.visits[s, a], config) * (target - (q[s, a] + sign * half[s, a]))
+    q[s, a] += 0.5 * change
+    half[s, a] += sign * 0.5 * change
+    state.visits[s, a] += config.visit_growth
+    state.departures[s] += 1.0
 
 
 @kernel

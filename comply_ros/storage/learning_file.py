@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from comply_ros.learner.learned import Learned, LearningError
 from comply_ros.learner.learner_config import ConfigError, LearnerConfig
-from comply_ros.learner.learner_state import LearnerState
+from comply_ros.learner.learner_state import LATER_ARRAYS, LearnerState
 from comply_ros.storage.file_system import atomic_write, path_errors, PathError
 from comply_ros.storage.versions import FORMAT_VERSION
 
@@ -85,6 +85,8 @@ def _names() -> tuple[str, ...]:
 
 
 def _learned(arrays: dict[str, NDArray[Any]], source: str) -> Learned:
+    if 'q' in arrays:
+        arrays = {**dict.fromkeys(LATER_ARRAYS, np.atleast_1d(arrays['q'])[:0]), **arrays}
     missing = [name for name in _names() if name not in arrays]
     if len(missing) == len(_names()):
         raise LearningError('it is no .npz file, or it is damaged')

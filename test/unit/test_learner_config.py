@@ -59,6 +59,18 @@ def test_a_learner_with_a_model_counts_whole_visits():
     assert str(error.value) == 'visit_growth must be 1.0 where replays is true, got 0.5'
 
 
+@pytest.mark.parametrize(('settings', 'message'), [
+    ({'expects': True, 'off_policy': True},
+     'off_policy must be false and trust none where expects is true, got true and none'),
+    ({'doubles': True},
+     'off_policy must be true, replays false, trust none and trace_decay 0 where doubles is true, '
+     'got false, false, none and 0.0')])
+def test_what_a_method_cannot_be_at_the_same_time_is_rejected(settings, message):
+    with pytest.raises(ConfigError) as error:
+        LearnerConfig(**settings)
+    assert str(error.value) == message
+
+
 def test_some_ranges_depend_on_the_kind_of_trust():
     with pytest.raises(ConfigError, match=r'trust_rate must lie in \[0, 1\] where trust is expl'):
         LearnerConfig(trust='explicit', trust_rate=2.0)

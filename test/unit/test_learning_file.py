@@ -78,12 +78,19 @@ def test_it_can_be_a_mentor_for_its_world(tmp_path):
     ({'settings': np.array('[')}, 'its settings must be fields of a method'),
     ({'settings': np.array('{"speed": 1}')}, 'its settings must be fields of a method'),
     ({'settings': np.array('{"discount": 2.0}')}, 'discount must lie in'),
+    ({'world': None, 'q': np.array(1.0), 'half_difference': None}, "no array 'world'"),
     ({'q': np.array([None])}, 'it is no .npz file, or it is damaged'),
 ])
 def test_other_contents_are_rejected_with_the_reason(tmp_path, changes, message):
     with pytest.raises(LearningError, match='must be as comply_ros writes it, got') as error:
         read_learning(written(tmp_path / 'a.npz', **changes))
     assert message in str(error.value) and 'a.npz' in str(error.value)
+
+
+def test_a_file_from_before_a_new_array_is_read(tmp_path):
+    learned = read_learning(written(tmp_path / 'a.npz', half_difference=None))
+    assert learned.state.digest() == trained().state.digest()
+    learned.validate(ROOM)
 
 
 def test_a_file_of_version_0_1_is_rejected(tmp_path):

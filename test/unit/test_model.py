@@ -66,7 +66,7 @@ def walked(as_run, *steps, **settings):
     """Return a bench after steps (s, a, r, s2, done) of one episode."""
     bench = Bench(room(), replays=True, off_policy=True, initial_value=0.0, **settings)
     for s, a, r, s2, done in steps:
-        as_run(learn)(s, a, r, s2, LEFT, done, -1, bench.kernel_config, bench.state)
+        as_run(learn)(s, a, r, s2, LEFT, done, -1, 0.0, bench.kernel_config, bench.state)
     return bench
 
 

@@ -9,6 +9,8 @@ import pytest
 from comply_ros.learner.learner_config import ConfigError
 from comply_ros.learner.presets import find_method, listening_lead, METHODS
 
+TEXTBOOK = 'sarsa_epsilon', 'q_learning_epsilon', 'expected_sarsa', 'double_q_learning'
+
 
 def test_both_profiles_have_the_same_methods():
     assert list(METHODS) == ['report', 'published']
@@ -16,7 +18,7 @@ def test_both_profiles_have_the_same_methods():
 
 
 @pytest.mark.parametrize('profile, name', [
-    each for each in PRESETS if not each[1].endswith('_epsilon')  # the textbook's: constant
+    each for each in PRESETS if each[1] not in TEXTBOOK  # whose rates are constant
     and ('off_policy' not in each[1] or each[0] == 'report')])
 def test_learning_rates_obey_stochastic_approximation(profile, name):  # (2.16)
     # sum of 1 / c^e diverges for e <= 1, sum of its squares converges for 2 e > 1.
@@ -93,13 +95,13 @@ def test_the_published_off_policy_belief_had_settings_of_its_own():
     assert (config.sign_only, config.trust_rate_factor) == (False, 0.99)
 
 
-@pytest.mark.parametrize('name', ['sarsa_epsilon', 'q_learning_epsilon'])
+@pytest.mark.parametrize('name', TEXTBOOK)
 def test_the_settings_of_the_textbook_are_those_of_its_example_6_6(name):
     config = find_method(name, 'published')
     assert (config.learning_rate, config.learning_rate_exponent) == (0.5, 0.0)
     assert (config.epsilon, config.discount, config.initial_value) == (0.1, 1.0, 0.0)
     assert config.iterations * config.episodes == 500
-    assert config.off_policy == (name == 'q_learning_epsilon')
+    assert config.off_policy == ('q_learning' in name)
 
 
 def test_explicit_trust_starts_with_the_lead_of_the_prior():  # (3.13): 0.5 log(0.9 / 0.1)
