@@ -37,7 +37,8 @@ EXTRAS = {
 # ROS packages that are imported, besides `comply_msgs`.
 ROS_PACKAGES = (
     'ament_index_python', 'builtin_interfaces', 'diagnostic_msgs', 'geometry_msgs', 'nav_msgs',
-    'rcl_interfaces', 'rclpy', 'std_msgs', 'std_srvs', 'tf2_msgs', 'visualization_msgs')
+    'rcl_interfaces', 'rclpy', 'sensor_msgs', 'std_msgs', 'std_srvs', 'tf2_msgs',
+    'visualization_msgs')
 
 
 def run(name: str) -> int:

@@ -16,12 +16,7 @@ from comply_ros.plots.grid_plot import write_picture
 from comply_ros.protocol.grid_world import GridWorld
 from comply_ros.protocol.learner import Learner
 from comply_ros.protocol.messages import Action, Progress, Recommendation, StateReward
-from comply_ros.storage.environment_moves import (
-    environment_source,
-    EnvironmentMoves,
-    StateNumbers,
-)
-from comply_ros.storage.gymnasium_worlds import make_environment
+from comply_ros.storage.environment_world import EnvironmentName, EnvironmentWorld
 from comply_ros.terminal.command_line import CommandParser, whole_number
 from examples import mountain_car_mentor
 
@@ -42,12 +37,10 @@ def episode_returns(method: str, mentor: Callable[[float, float], int] | None,
 
     mentor: its action at a position and velocity; None for no mentor.
     """
-    env = make_environment(ENVIRONMENT, {})
-    numbers = StateNumbers(env.observation_space, [mountain_car_mentor.BINS])
-    source = environment_source(env, numbers)
-    world = GridWorld(source, ENVIRONMENT, 1, seed,
-                      moves=EnvironmentMoves(env, ENVIRONMENT, source, numbers, seed))
-    advice = mentor and [mountain_car_mentor.advice(mentor, s) for s in range(numbers.count)]
+    made = EnvironmentWorld(EnvironmentName(ENVIRONMENT, bins=(mountain_car_mentor.BINS,)))
+    world = GridWorld(made.source, ENVIRONMENT, 1, seed, moves=made.moves(seed))
+    advice = mentor and [mountain_car_mentor.advice(mentor, s)
+                         for s in range(world.description.states)]
     config = find_method(method, 'published')
     learner = Learner(replace(config, iterations=ITERATIONS, episodes=EPISODES,
                               measuring_iterations=0, initial_value=WORST if mentor else

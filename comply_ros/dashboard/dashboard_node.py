@@ -23,6 +23,7 @@ from comply_ros.dashboard.lesson_nodes import (
     ROLES,
     WORLD,
 )
+from comply_ros.dashboard.picture_receiver import PictureReceiver
 from comply_ros.dashboard.reference_returns import ReferenceReturnsCache
 from comply_ros.dashboard.remote_parameters import RemoteParameter, RemoteParameters
 from comply_ros.dashboard.service_client import ServiceCallError, ServiceClient
@@ -85,6 +86,8 @@ class PageState(NamedTuple):
     start_time: float = 0.0  # of the dashboard
     other_mentors: int = 0  # that are heard, besides the one of the page
     ended: dict[str, str] = {}  # of the nodes that the demo has started: how they ended, by name
+    has_pictures: bool = False  # whether a node publishes pictures of its environment
+    picture: str = ''  # the last of them, as `PictureReceiver.url`
 
     def silence(self, name: str) -> float | None:
         """Seconds since the last status of a node; None where there was none."""
@@ -155,7 +158,7 @@ class DashboardNode(SafeParameterNode):
         self._remote_parameters: dict[str, RemoteParameters] = {}  # by role
         self._make_clients()
         self.processes: list[NodeProcess] = []  # started for the page, which tells if they end
-        self._mentors = MentorsHeard()
+        self._mentors, self.pictures = MentorsHeard(), PictureReceiver(self)
         self._subscribe_to_all()
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self)
@@ -168,6 +171,7 @@ class DashboardNode(SafeParameterNode):
         if now - self._last_tick >= 1.0:
             self._last_tick = now
             self._run_view.tick()
+            self.pictures.tick()
             self._update_lesson_nodes(now)
             for role, remote in self._remote_parameters.items():
                 if self.page_state.is_here(role):
@@ -177,7 +181,8 @@ class DashboardNode(SafeParameterNode):
             run, self._reference_returns.get(run.world, run.reports.mentor_policy),
             {**self._nodes}, {**self._lesson_nodes.by_role},
             {role: each.current for role, each in self._remote_parameters.items()}, now,
-            self._start_time, self.other_mentors(), self._ended())
+            self._start_time, self.other_mentors(), self._ended(), self.pictures.is_published,
+            self.pictures.url)
 
     def mentor_publishers(self) -> int:
         """Return how many publishers of recommendations there are."""

@@ -17,6 +17,7 @@ from comply_ros.dashboard.health_panel import HealthPanel
 from comply_ros.dashboard.mentor_panel import MentorPanel
 from comply_ros.dashboard.mentor_seat import MentorSeat
 from comply_ros.dashboard.parameters_panel import ParametersPanel
+from comply_ros.dashboard.picture_panel import PicturePanel
 from comply_ros.plots.trust_colors import trust_color
 
 PERIOD = 0.1  # seconds between two renewals, at least
@@ -52,6 +53,7 @@ body { background: var(--page); color: var(--ink); } .nicegui-content { padding:
          user-select: none; }
 .world svg { overflow: visible; }
 .world.painting { cursor: crosshair; touch-action: pinch-zoom; -webkit-touch-callout: none; }
+.picture { width: 100%; } .picture img { max-height: 34vh; object-fit: contain; }
 .lines, .frames { stroke: var(--line); stroke-width: 1; fill: none; }
 .pit { fill: var(--wall); opacity: 0.7; } text.learner { fill: var(--learner); stroke: none; }
 .wall { fill: var(--wall); } .goal { fill: var(--ink); }
@@ -102,7 +104,8 @@ def build_page(node: DashboardNode, seat: MentorSeat) -> None:
                 if mentor_thread:
                     panels.append(MentorPanel(mentor_thread, grid.paint_tool))
             with ui.column().classes('side'):
-                panels += [CurvePanel(), ControlPanel(node), HealthPanel(), ParametersPanel(node)]
+                panels += [CurvePanel(), ControlPanel(node), PicturePanel(node), HealthPanel(),
+                           ParametersPanel(node)]
 
     def show() -> None:
         for panel in panels:

@@ -178,9 +178,9 @@ def new_run() -> int:
     return 1 + secrets.randbelow(2 ** 32 - 1)
 
 
-def check_rate(rate: float) -> None:
+def check_rate(rate: float, name: str = RATE.name) -> None:
     """
-    Return if a world can have this rate.
+    Return if a world can have this rate. name: of the parameter.
 
     Raises
     ------
@@ -189,7 +189,7 @@ def check_rate(rate: float) -> None:
 
     """
     if rate != 0.0 and not rate >= SLOWEST:  # nor is nan a rate
-        raise ParameterError(f'parameter rate must be 0.0 or at least {SLOWEST}, got {rate}')
+        raise ParameterError(f'parameter {name} must be 0.0 or at least {SLOWEST}, got {rate}')
 
 
 def main(argv: list[str]) -> int:

@@ -4,27 +4,24 @@
 from importlib import import_module
 from typing import Any
 
-from comply_ros.nodes.grid_world import GridWorldNode, MadeWorld
+from comply_ros.nodes.grid_world import check_rate, GridWorldNode, MadeWorld
 from comply_ros.nodes.parameters import (
     BINS,
     ENV,
     ENV_ARGS,
+    IMAGE_RATE,
     LIMITS,
     MODULE,
     ParameterError,
     USE_TABLE,
 )
+from comply_ros.nodes.picture_publisher import PicturePublisher
 from comply_ros.nodes.spin import run_node
-from comply_ros.nodes.topics import MessageError
-from comply_ros.numerics.number_text import NumberError, read_number
+from comply_ros.nodes.topics import IMAGE, MessageError
 from comply_ros.protocol.messages import Action, Outputs
-from comply_ros.storage.environment_moves import (
-    environment_source,
-    EnvironmentFault,
-    EnvironmentMoves,
-    StateNumbers,
-)
-from comply_ros.storage.gymnasium_worlds import make_environment, one_line
+from comply_ros.storage.environment_moves import EnvironmentFault
+from comply_ros.storage.environment_world import EnvironmentName, EnvironmentWorld, read_limits
+from comply_ros.storage.gymnasium_worlds import one_line
 from comply_ros.storage.state_store import StateError
 from comply_ros.storage.user_files import load_yaml, YamlError
 from comply_ros.world.grid import MapError
@@ -39,6 +36,14 @@ class GymWorldNode(GridWorldNode):
 
     node_name = 'gym_world'
 
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        if self._image_rate and self._moves.gives_pictures:
+            self._pictures = PicturePublisher(self, self._moves, self._image_rate)
+        elif self._image_rate:
+            self.get_logger().info('the environment has no render mode rgb_array, so there is no '
+                                   f'topic {IMAGE}')
+
     def make_world(self, seed: int) -> MadeWorld:
         """Declare the parameters of the world and return it. seed: of what is random in it."""
         name, arguments, module, bins, limits, use_table = (
@@ -46,13 +51,19 @@ class GymWorldNode(GridWorldNode):
         if not name:
             raise ParameterError('parameter env must be the name of an environment, such as '
                                  'FrozenLake-v1, got none')
+        self._image_rate = self.declare(IMAGE_RATE)
+        check_rate(self._image_rate, IMAGE_RATE.name)
         if module:
             import_own(module)
-        env = make_environment(name, read_arguments(arguments))
-        numbers = StateNumbers(env.observation_space, bins, read_limits(limits))
-        source = environment_source(env, numbers, use_table)
-        return MadeWorld(source, name, EnvironmentMoves(env, name, source, numbers, seed),
-                         f' {arguments} {list(bins)} {limits}')
+        try:
+            pairs = read_limits(limits)
+        except MapError as error:
+            raise ParameterError(f'parameter {error}') from None
+        world = EnvironmentWorld(EnvironmentName(
+            name, read_arguments(arguments), tuple(bins), pairs, use_table),
+            gives_pictures=bool(self._image_rate))
+        self._moves = world.moves(seed)
+        return MadeWorld(world.source, name, self._moves, f' {arguments} {list(bins)} {limits}')
 
     def on_action(self, msg: Action) -> Outputs:
         """Return outputs for an action of the learner."""
@@ -97,26 +108,6 @@ def read_arguments(text: str) -> dict[str, Any]:
         raise ParameterError("parameter env_args must be a table such as '{is_slippery: false}', "
                              f'got {text!r:.80}')
     return arguments
-
-
-def read_limits(text: str) -> list[tuple[float, float]]:
-    """
-    Return (low, high) of each dimension from text such as `-1.2,0.6; -0.07,0.07`.
-
-    Raises
-    ------
-    ParameterError: for any other text.
-
-    """
-    try:
-        pairs = [[float(read_number(word)) for word in part.split(',')]
-                 for part in text.split(';')] if text.strip() else []
-    except NumberError:
-        pairs = [[]]
-    if any(len(pair) != 2 for pair in pairs):
-        raise ParameterError("parameter limits must be LOW,HIGH of each dimension, with ';' "
-                             f"between two, such as '-1.2,0.6; -0.07,0.07', got {text!r:.80}")
-    return [(low, high) for low, high in pairs]
 
 
 def main(argv: list[str]) -> int:

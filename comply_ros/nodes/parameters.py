@@ -10,6 +10,7 @@ from comply_ros.mentor.advice_budget import ADVISING_MODES, UNLIMITED
 from comply_ros.numerics.rng import SEED_LIMIT
 from comply_ros.protocol.channel_faults import Faults
 from comply_ros.storage.map_name import OTHER_MAPS
+from comply_ros.storage.state_numbers import BINS as DEFAULT_BINS
 
 
 class ParameterError(ValueError):
@@ -46,14 +47,18 @@ ENV_ARGS = Parameter(
 MODULE = Parameter(
     'module', '', 'Module of your own to import first, which registers the environment')
 BINS = Parameter(
-    'bins', [20], 'Of a Box of observations: number of intervals in each dimension; one number is '
-    'for all of them')
+    'bins', [DEFAULT_BINS], 'Of a Box of observations: number of intervals in each dimension, of '
+    'a Tuple in those of all its Boxes; one number is for all of them')
 LIMITS = Parameter(
-    'limits', '', "Of a Box of observations: LOW,HIGH of each dimension, with ';' between two; "
-    'empty: those of the environment')
+    'limits', '', "LOW,HIGH of the same dimensions, with ';' between two; empty: those of the "
+    'environment')
 USE_TABLE = Parameter(
     'use_table', True, 'Describe the world by the table of transitions (P) of the environment, '
     'where it has one; false: without a model')
+IMAGE_RATE = Parameter(
+    'image_rate', 5.0, 'Pictures per second at most, on the topic image, if the environment has '
+    'the render mode rgb_array and while somebody subscribes; never more than 2 % of the time is '
+    'spent on them; 0: none', (0, 60))
 PROFILE = Parameter(
     'profile', 'published', 'Settings of the text of the report, or of the runs behind its '
     'figures', choices=tuple(METHODS))

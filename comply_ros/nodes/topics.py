@@ -60,6 +60,9 @@ VALUES = _topic('values', LATCHED)
 MENTOR_POLICY = _topic('mentor_policy', LATCHED)
 DESCRIPTION = _topic('method', REPORTED)
 
+# Of `gym_world`, a sensor_msgs/Image; only who draws or shows pictures loads that package.
+IMAGE, IMAGE_QOS = 'image', QoSProfile(depth=1)
+
 LOOP = (WORLD, STATE, RECOMMENDATION, ACTION)  # what a step of the run waits for
 
 RECOMMEND = 'recommend'  # service of the mentor
@@ -106,7 +109,7 @@ def writer(topic: Topic, clock: cdr.Clock) -> Callable[[Any], Any]:
 
     def write(values: Any) -> Any:
         message = fill(values)
-        message.header.stamp = _time(clock())
+        message.header.stamp = time_message(clock())
         return message
     return write
 
@@ -148,7 +151,7 @@ def _fill(message: Any, values: Any) -> Any:
     for name, value in zip(values._fields, values):
         field = getattr(message, name)
         if isinstance(field, Time):
-            setattr(message, name, _time(value))
+            setattr(message, name, time_message(value))
         elif hasattr(value, '_fields'):
             _fill(field, value)
         else:
@@ -156,6 +159,7 @@ def _fill(message: Any, values: Any) -> Any:
     return message
 
 
-def _time(nanoseconds: int) -> Time:
+def time_message(nanoseconds: int) -> Time:
+    """Return a time as messages have it; nanoseconds: since 1970."""
     seconds, rest = divmod(nanoseconds, messages.NANOSECONDS)
     return Time(sec=seconds, nanosec=rest)

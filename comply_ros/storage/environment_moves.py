@@ -1,20 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An environment of Gymnasium that moves a world: its observations are numbered as states."""
+"""An environment of Gymnasium that moves a world: it is reset and stepped instead of a model."""
 
-from collections.abc import Callable, Sequence
-from contextlib import suppress
-from math import isfinite, prod
+from math import isfinite
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from comply_ros.storage.gymnasium_worlds import one_line, step_limit_of, table_of_environment
+from comply_ros.storage.gymnasium_worlds import one_line, RGB_ARRAY
+from comply_ros.storage.state_numbers import StateNumbers
 from comply_ros.storage.user_files import shown
-from comply_ros.world.grid import MapError
 from comply_ros.world.spaces import Spaces
-from comply_ros.world.table import MOST_STATES, Table
-
-Limits = Sequence[tuple[float, float]]
+from comply_ros.world.table import Table
 
 
 class EnvironmentFault(RuntimeError):
@@ -23,88 +20,8 @@ class EnvironmentFault(RuntimeError):
     exit_code = 1
 
 
-class StateNumbers:
-    """
-    Numbers the observations of an environment from 0.
-
-    Parameters
-    ----------
-    space: Discrete, MultiDiscrete, Box, or a Tuple of such spaces.
-    bins: of a Box: number of intervals in each dimension; one number is for all of them.
-    limits: of a Box: (low, high) of each dimension; none: those of the space. Values beyond
-        belong to the first or last interval.
-
-    Raises
-    ------
-    MapError: for another space, or bins and limits that do not fit it.
-
-    Attributes
-    ----------
-    count: number of states.
-
-    """
-
-    def __init__(self, space: Any, bins: Sequence[int] = (20,), limits: Limits = ()) -> None:
-        kind = type(space).__name__
-        if kind == 'Discrete':
-            self._use(int(space.n), lambda seen: int(seen) - int(space.start))
-        elif kind == 'MultiDiscrete':
-            self._use_products([int(n) for n in np.ravel(space.nvec)],
-                               lambda seen: (np.ravel(seen) - np.ravel(space.start)).tolist())
-        elif kind == 'Tuple':
-            parts = [StateNumbers(each, bins, limits) for each in space.spaces]
-            self._use_products(
-                [each.count for each in parts],
-                lambda seen: [part.number(each) for part, each in zip(parts, seen, strict=True)])
-        elif kind == 'Box':
-            self._use_box(space, bins, limits)
-        else:
-            raise MapError('the observation space must be Discrete, MultiDiscrete, Box or a Tuple '
-                           f'of such spaces, got {shown(space)}')
-
-    def number(self, observation: Any) -> int:
-        """Return the number of the state that an observation belongs to."""
-        return self._number(observation)
-
-    def _use(self, count: int, number: Callable[[Any], int]) -> None:
-        if not 1 <= count <= MOST_STATES:
-            raise MapError(f'the observation space must have 1 to {MOST_STATES} states, got '
-                           + (f'{count}' if count < 10 ** 30 else 'far more')
-                           + ': give fewer bins')
-        self.count, self._number = count, number
-
-    def _use_products(self, sizes: Sequence[int], digits: Callable[[Any], list[int]]) -> None:
-        """Give every tuple of digits a number, the last digit fastest."""
-        def number(observation: Any) -> int:
-            total = 0
-            for size, digit in zip(sizes, digits(observation), strict=True):
-                total = total * size + digit
-            return total
-        self._use(prod(sizes), number)
-
-    def _use_box(self, space: Any, bins: Sequence[int], limits: Limits) -> None:
-        count = prod(space.shape)
-        limits = limits or list(zip(np.ravel(space.low).tolist(), np.ravel(space.high).tolist()))
-        sizes = list(bins) * (count if len(bins) == 1 else 1)
-        for name, given in (('bins', sizes), ('limits', limits)):
-            if len(given) != count:
-                raise MapError(f'{name} must have one element for each of the {count} dimensions '
-                               f'of the observation space, got {len(given)}')
-        for k, (low, high) in enumerate(limits):
-            if not (np.isfinite(low) and np.isfinite(high) and low < high):
-                raise MapError('the observation space needs finite limits with the lower one '
-                               f'first, got {low:g} to {high:g} in dimension {k}: give limits')
-        if min(sizes) < 1:
-            raise MapError(f'bins must be at least 1, got {min(sizes)}')
-        low, high = np.array(limits).T
-        scale, last = np.array(sizes) / (high - low), np.array(sizes) - 1
-
-        def digits(observation: Any) -> list[int]:
-            places = np.floor((np.ravel(observation) - low) * scale)
-            if np.isnan(places).any():
-                return [-1] * len(sizes)
-            return np.clip(places, 0, last).astype(int).tolist()
-        self._use_products(sizes, digits)
+class PictureError(RuntimeError):
+    """An environment that gives no picture; the message names it and what it gave instead."""
 
 
 class EnvironmentMoves:
@@ -117,7 +34,7 @@ class EnvironmentMoves:
     ----------
     env: the environment.
     name: of it, for messages.
-    source: the world that it is, see `environment_source`.
+    source: the world that it is, see `EnvironmentWorld`.
     numbers: of its observations.
     seed: of all its episodes.
 
@@ -181,6 +98,32 @@ class EnvironmentMoves:
         for action in self._actions:
             self._step(action)
 
+    @property
+    def gives_pictures(self) -> bool:
+        """Whether the environment was made so that it gives pictures."""
+        return self._env.render_mode == RGB_ARRAY
+
+    def picture(self) -> NDArray[np.uint8]:
+        """
+        Return `picture[row, column, colour]` of the environment as it is now.
+
+        Raises
+        ------
+        PictureError: if it gives none.
+
+        """
+        try:
+            picture = np.asarray(self._env.render())
+        except Exception as error:  # noqa: BLE001 - its author raises what they like
+            raise PictureError(f'environment {self._name!r} gives no pictures: '
+                               + one_line(error)) from error
+        if picture.dtype != np.uint8 or picture.ndim != 3 or picture.shape[2] != 3 \
+                or not picture.size:
+            raise PictureError(f'a picture of environment {self._name!r} must be of uint8 and the '
+                               f'shape (height, width, 3), got {picture.dtype} of shape '
+                               f'{picture.shape}')
+        return picture
+
     def _reset(self) -> int:
         words = np.random.SeedSequence((self._seed, self._episode)).generate_state(1)
         try:
@@ -209,25 +152,3 @@ class EnvironmentMoves:
         return EnvironmentFault(
             f'environment {self._name!r} raised {type(error).__name__} in episode '
             f'{self._episode}, step {len(self._actions)}: {one_line(error)}')
-
-
-def environment_source(env: Any, numbers: StateNumbers,
-                       use_table: bool = True) -> Table | Spaces:
-    """
-    Return the world that an environment is: with a table where it has one, else without a model.
-
-    use_table: whether its table is used. One that is no map for `gymnasium_table` is not.
-
-    Raises
-    ------
-    MapError: for actions that are not Discrete.
-
-    """
-    space = env.action_space
-    if type(space).__name__ != 'Discrete':
-        raise MapError(f'the action space must be Discrete, got {shown(space)}')
-    if use_table:
-        with suppress(MapError):
-            return table_of_environment(env)
-    return Spaces(numbers.count, tuple(map(str, range(int(space.n)))),
-                  step_limit_of(env, numbers.count))

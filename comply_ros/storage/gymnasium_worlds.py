@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Worlds of Gymnasium that have a table of their transitions, such as FrozenLake and Taxi."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from importlib import import_module
 from math import prod
@@ -14,15 +14,19 @@ from comply_ros.storage.user_files import shown
 from comply_ros.world.grid import default_step_limit, MapError, MOST_STEPS
 from comply_ros.world.table import Table
 
+RGB_ARRAY = 'rgb_array'  # the render mode of Gymnasium in which `render` returns a picture
 
-def make_environment(name: str, arguments: Mapping[str, Any]) -> Any:
+
+def make_environment(name: str, arguments: Mapping[str, Any], gives_pictures: bool = False) -> Any:
     """
-    Return the environment of Gymnasium with a name, without rendering.
+    Return the environment of Gymnasium with a name.
 
     Parameters
     ----------
     name: as `gymnasium.make` takes it; `MODULE:NAME` imports a module first.
     arguments: for the environment.
+    gives_pictures: whether it has the render mode `rgb_array`, if it says that it can and the
+        arguments have no other; else it renders nothing.
 
     Raises
     ------
@@ -35,36 +39,27 @@ def make_environment(name: str, arguments: Mapping[str, Any]) -> Any:
     try:
         if module:
             import_module(module)
+        if gives_pictures and RGB_ARRAY in _render_modes(gymnasium.spec(name_there)):
+            arguments = {'render_mode': RGB_ARRAY, **arguments}
         return gymnasium.make(name_there, **arguments)
     except Exception as error:  # noqa: BLE001 - its author raises what they like
         raise MapError(f'environment {shown(name)} cannot be made: {one_line(error)}') from None
+
+
+def _render_modes(spec: Any) -> Sequence[str]:
+    """Return the render modes that the class of an environment names."""
+    from gymnasium.envs.registration import load_env_creator
+    creator = spec.entry_point
+    if isinstance(creator, str):
+        creator = load_env_creator(creator)
+    metadata = getattr(creator, 'metadata', None)
+    return metadata.get('render_modes') or () if isinstance(metadata, dict) else ()
 
 
 def one_line(error: BaseException) -> str:
     """Return what an exception says, on one line of at most 300 characters."""
     text = ' '.join(str(error).split()) or type(error).__name__
     return text if len(text) <= 300 else text[:297] + '...'
-
-
-def gymnasium_table(name: str, arguments: Mapping[str, Any]) -> Table:
-    """
-    Return the world of an environment that has a table of its transitions.
-
-    Its actions are called `0`, `1` and so on. The step limit is that of the environment, or ten
-    times its states where it has none.
-
-    Raises
-    ------
-    MapError: for an environment that cannot be made, or has no table; naming what it lacks.
-
-    """
-    env = make_environment(name, arguments)
-    try:
-        return table_of_environment(env)
-    except MapError as error:
-        raise MapError(f'environment {shown(name)}: {error}') from None
-    finally:
-        env.close()
 
 
 def table_of_environment(env: Any) -> Table:

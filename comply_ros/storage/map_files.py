@@ -18,14 +18,16 @@ from comply_ros.storage.cell_keys import (
     read_rows,
     read_whole,
 )
+from comply_ros.storage.environment_world import EnvironmentWorld, read_environment_name
 from comply_ros.storage.file_system import PathError
-from comply_ros.storage.gymnasium_worlds import gymnasium_table
 from comply_ros.storage.map_name import GYM, map_names, NAV2, parse_map_name
 from comply_ros.storage.named_worlds import named_world
 from comply_ros.storage.nav2_maps import nav2_rows, nav2_state, read_nav2_map, read_points
 from comply_ros.storage.user_files import load_yaml, read_text, shown, YamlError
 from comply_ros.world.cell_table import table_of
 from comply_ros.world.grid import default_step_limit, FREE, Grid, MapError, OBSTACLE
+from comply_ros.world.mdp import Source
+from comply_ros.world.spaces import Spaces
 from comply_ros.world.table import Table
 
 REQUIRED_KEYS = ('intended', 'rewards', 'starts', 'rows')
@@ -40,9 +42,26 @@ CELL_SIZE = 0.5  # metres, of a map of Nav2
 
 def read_map(name: str, profile: str) -> Grid | Table:
     """
+    World of a map as `read_world`, of which is known what every action leads to.
+
+    Raises
+    ------
+    MapError: also for an environment of Gymnasium without a table of its transitions.
+
+    """
+    world = read_world(name, profile)
+    if isinstance(world, Spaces):
+        raise MapError(f'map {name!r}: this environment has no table of its transitions (P), so '
+                       'only train, lesson, sweep and the node gym_world take it')
+    return world
+
+
+def read_world(name: str, profile: str) -> Source:
+    """
     World of a map that comes with the package, of a file, or of another library.
 
-    A map that needs no more than a `Grid` has is one; any other is a `Table`.
+    A map that needs no more than a `Grid` has is one, an environment of Gymnasium without a table
+    of its transitions is `Spaces`; any other is a `Table`.
 
     Parameters
     ----------
@@ -61,10 +80,16 @@ def read_map(name: str, profile: str) -> Grid | Table:
             return _nav2_world(target, arguments, profile)
         _check_profile(profile)
         if scheme == GYM:
-            return gymnasium_table(target, arguments)
+            return _environment_source(target, arguments)
         return parse_map(_read_text(name), profile, Path(name).parent)
     except MapError as error:
         raise MapError(f'map {name!r}: {error}') from None
+
+
+def _environment_source(target: str, arguments: dict[str, Any]) -> Table | Spaces:
+    world = EnvironmentWorld(read_environment_name(target, arguments), requires_table=True)
+    world.close()
+    return world.source
 
 
 def _read_text(name: str) -> str:

@@ -10,14 +10,11 @@ import pytest
 
 from comply_ros.protocol.grid_world import GridWorld
 from comply_ros.protocol.messages import Action, StateReward
-from comply_ros.storage.environment_moves import (
-    environment_source,
-    EnvironmentFault,
-    EnvironmentMoves,
-    StateNumbers,
-)
+from comply_ros.storage.environment_moves import EnvironmentFault, EnvironmentMoves, PictureError
+from comply_ros.storage.environment_world import environment_source
 from comply_ros.storage.map_files import read_map
-from comply_ros.world.grid import MapError, NO_ACTION
+from comply_ros.storage.state_numbers import StateNumbers
+from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.spaces import Spaces
 from comply_ros.world.table import Table
 
@@ -49,53 +46,6 @@ def played(world, steps, seed=3):
         outputs = world.on_action(Action(RUN, last.episode, last.step, action, False, 0.0, 9))
         seen.append(next(each for each in outputs if isinstance(each, StateReward)))
     return seen
-
-
-@pytest.mark.parametrize('space, observation, count, number', [
-    (spaces.Discrete(5), 4, 5, 4),
-    (spaces.Discrete(5, start=10), np.int64(12), 5, 2),
-    (spaces.MultiDiscrete([3, 4]), np.array([2, 1]), 12, 9),  # 2 * 4 + 1
-    (spaces.Tuple((spaces.Discrete(32), spaces.Discrete(11), spaces.Discrete(2))),
-     (14, 10, 0), 704, 14 * 22 + 10 * 2),
-    (spaces.Box(0.0, 1.0, (2,)), np.array([0.999, 0.5]), 100, 95),  # intervals 9 and 5 of 10
-    (spaces.Box(0.0, 1.0, (2,)), np.array([1.0, -0.1]), 100, 90)])  # values beyond are at the end
-def test_an_observation_is_a_state(space, observation, count, number):
-    numbers = StateNumbers(space, bins=[10])
-    assert (numbers.count, numbers.number(observation)) == (count, number)
-
-
-def test_each_dimension_of_a_box_has_its_intervals_and_limits():
-    numbers = StateNumbers(spaces.Box(-np.inf, np.inf, (2,)), [4, 2], [(-2.0, 2.0), (0.0, 1.0)])
-    assert numbers.count == 8
-    assert numbers.number(np.array([0.5, 0.7])) == 2 * 2 + 1
-
-
-@pytest.mark.parametrize('space, options, message', [
-    (spaces.Box(-np.inf, np.inf, (1,)), {}, 'the observation space needs finite limits with the '
-     'lower one first, got -inf to inf in dimension 0: give limits'),
-    (spaces.Box(0.0, 1.0, (2,)), {'limits': [(1.0, 0.0), (0.0, 1.0)]}, 'the observation space '
-     'needs finite limits with the lower one first, got 1 to 0 in dimension 0: give limits'),
-    (spaces.Box(0.0, 1.0, (2,)), {'bins': [4, 4, 4]}, 'bins must have one element for each of the '
-     '2 dimensions of the observation space, got 3'),
-    (spaces.Box(0.0, 1.0, (2,)), {'limits': [(0.0, 1.0)]}, 'limits must have one element for each '
-     'of the 2 dimensions of the observation space, got 1'),
-    (spaces.Box(0.0, 1.0, (2,)), {'bins': [0]}, 'bins must be at least 1, got 0'),
-    (spaces.Text(4), {}, 'the observation space must be Discrete, MultiDiscrete, Box or a Tuple '
-     'of such spaces, got Text(')])
-def test_observations_that_cannot_be_states_are_rejected(space, options, message):
-    with pytest.raises(MapError) as error:
-        StateNumbers(space, **options)
-    assert str(error.value).startswith(message)
-
-
-def test_a_world_without_a_table_has_no_model():
-    _, source = moves_of('MountainCar-v0', bins=[40])
-    assert source == Spaces(1600, ('0', '1', '2'), 200)
-
-
-def test_actions_that_are_not_discrete_are_rejected():
-    with pytest.raises(MapError, match=r'the action space must be Discrete, got Box\('):
-        moves_of('MountainCarContinuous-v0')
 
 
 def test_the_environment_moves_as_its_table_says():
@@ -204,14 +154,26 @@ class Scripted(gymnasium.Env):
 
     observation_space, action_space = spaces.Discrete(3), spaces.Discrete(2)
 
-    def __init__(self, observation=0, reward=0.0):
-        self._observation, self._reward = observation, reward
+    def __init__(self, observation=0, reward=0.0, ends=(False, False), picture=None):
+        self._observation, self._reward, self._ends = observation, reward, ends
+        self._picture, self.render_mode = picture, 'rgb_array'
 
     def reset(self, *, seed=None, options=None):
         return 0, {}
 
     def step(self, action):
-        return self._observation, self._reward, False, False, {}
+        return self._observation, self._reward, *self._ends, {}
+
+    def render(self):
+        if isinstance(self._picture, Exception):
+            raise self._picture
+        return self._picture
+
+
+def moves_of_scripted(**script):
+    """Return the moves of such an environment, whose episodes have ten steps at most."""
+    return EnvironmentMoves(Scripted(**script), 'Own-v0', Spaces(3, ('0', '1'), 10),
+                            StateNumbers(Scripted.observation_space), 0)
 
 
 @pytest.mark.parametrize('observation, reward, message', [
@@ -221,23 +183,11 @@ class Scripted(gymnasium.Env):
     (0, np.nan, 'ValueError in episode 1, step 1: a reward must be a finite number, got nan'),
     (0, None, 'TypeError in episode 1, step 1: ')])
 def test_what_an_environment_returns_is_checked(observation, reward, message):
-    moves = EnvironmentMoves(Scripted(observation, reward), 'Own-v0', Spaces(3, ('0', '1'), 10),
-                             StateNumbers(Scripted.observation_space), 0)
+    moves = moves_of_scripted(observation=observation, reward=reward)
     moves.start(1)
     with pytest.raises(EnvironmentFault) as error:
         moves.move(0, 0, 1)
     assert str(error.value).startswith(f"environment 'Own-v0' raised {message}")
-
-
-def test_no_number_is_no_state_of_a_box():
-    numbers = StateNumbers(spaces.Box(0.0, 1.0, (2,)), [4])
-    assert numbers.number(np.array([0.5, np.nan])) < 0
-
-
-def test_a_space_of_too_many_states_is_rejected():
-    with pytest.raises(MapError, match=r'the observation space must have 1 to 16777216 states, '
-                       'got far more: give fewer bins'):
-        StateNumbers(spaces.Box(0, 255, (210, 160, 3), np.uint8))
 
 
 def test_an_environment_that_moves_otherwise_than_its_table_says_so():
@@ -258,13 +208,55 @@ def test_an_environment_that_moves_otherwise_than_its_table_says_so():
     played_by_chance(False)
 
 
-def test_our_own_maps_keep_their_step_limit_as_environments():
-    _, source = moves_of('comply_ros.environments:comply_ros/BarGrid-v0')
-    assert source.step_limit == read_map('bar_grid', 'published').step_limit
 
 
-def test_a_table_that_is_no_map_is_not_used(monkeypatch):
-    class Uneven(Scripted):
-        initial_state_distrib, P = [0.75, 0.25, 0.0], {}
-    numbers = StateNumbers(Uneven.observation_space)
-    assert environment_source(Uneven(), numbers) == Spaces(3, ('0', '1'), 30)
+@pytest.mark.parametrize('step, ends, expected', [
+    (0, (True, False), (True, False)), (0, (False, True), (False, True)),
+    (0, (True, True), (True, False)),  # an end counts more than a limit: no value follows it
+    (9, (False, False), (False, True)), (9, (True, True), (True, False))])
+def test_an_episode_has_one_of_both_ends(step, ends, expected):
+    moves = moves_of_scripted(ends=ends)
+    moves.start(1)
+    assert moves.move(step, 0, 0)[2:] == expected
+
+
+def test_an_environment_that_raises_in_the_middle_of_an_episode_keeps_what_was_before():
+    class Worn(Scripted):
+        def step(self, action):
+            if action == 1:
+                raise OSError('the cable is loose')
+            return super().step(action)
+    numbers = StateNumbers(Worn.observation_space)
+    source = Spaces(3, ('0', '1'), 10)
+    world = GridWorld(source, 'Worn-v0', RUN, 0,
+                      moves=EnvironmentMoves(Worn(2), 'Worn-v0', source, numbers, 0))
+    for step in range(2):
+        world.on_action(Action(RUN, 1, step, 0, False, 0.0, 9))
+    before = world.observation
+    with pytest.raises(EnvironmentFault) as error:
+        world.on_action(Action(RUN, 1, 2, 1, False, 0.0, 9))
+    assert str(error.value) == ("environment 'Worn-v0' raised OSError in episode 1, step 3: the "
+                                'cable is loose')
+    assert world.observation == before and (before.step, before.state) == (2, 2)
+
+
+def test_a_picture_is_that_of_the_environment():
+    picture = np.arange(12, dtype=np.uint8).reshape(2, 2, 3)
+    moves = moves_of_scripted(picture=picture)
+    moves.start(1)
+    assert moves.gives_pictures
+    assert (moves.picture() == picture).all()
+
+
+@pytest.mark.parametrize('picture, message', [
+    (RuntimeError('no display'), "environment 'Own-v0' gives no pictures: no display"),
+    (None, "a picture of environment 'Own-v0' must be of uint8 and the shape (height, width, 3), "
+     'got object of shape ()'),
+    (np.zeros((2, 2)), "a picture of environment 'Own-v0' must be of uint8 and the shape (height, "
+     'width, 3), got float64 of shape (2, 2)')])
+def test_what_is_no_picture_is_named(picture, message):
+    moves = moves_of_scripted(picture=picture)
+    moves.start(1)
+    with pytest.raises(PictureError) as error:
+        moves.picture()
+    assert str(error.value) == message

@@ -162,10 +162,6 @@ def test_starts_that_are_not_equally_likely_are_rejected(own_module):
      'exist.'),
     ('gym:no_such_module:Coin-v0', "environment 'no_such_module:Coin-v0' cannot be made: No "
      "module named 'no_such_module'"),
-    ('gym:CartPole-v1', "environment 'CartPole-v1': the observation space of a map must be "
-     'Discrete and begin at 0, got Box('),
-    ('gym:Blackjack-v1', "environment 'Blackjack-v1': the observation space of a map must be "
-     'Discrete and begin at 0, got Tuple('),
     ('gym:Taxi-v4?is_rainy', "an argument behind '?' must be NAME=VALUE, with '&' between two, "
      "got 'is_rainy'"),
     ('gym:Taxi-v4?wet=1', "environment 'Taxi-v4' cannot be made: "),

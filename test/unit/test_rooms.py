@@ -13,8 +13,8 @@ import comply_ros
 
 PACKAGE = Path(comply_ros.__file__).parent
 ROS = {'rclpy', 'comply_msgs', 'diagnostic_msgs', 'rcl_interfaces', 'launch', 'launch_ros',
-       'geometry_msgs', 'nav_msgs', 'std_msgs', 'std_srvs', 'tf2_msgs', 'visualization_msgs',
-       'builtin_interfaces', 'rosgraph_msgs', 'ament_index_python'}
+       'geometry_msgs', 'nav_msgs', 'sensor_msgs', 'std_msgs', 'std_srvs', 'tf2_msgs',
+       'visualization_msgs', 'builtin_interfaces', 'rosgraph_msgs', 'ament_index_python'}
 # Lowest first; what each may import besides the standard library and the rooms before it.
 ROOMS = {
     'numerics': {'numpy', 'numba'},
@@ -29,7 +29,7 @@ ROOMS = {
     'experiments': {'numpy', 'pydantic', 'pydantic_core', 'matplotlib', 'distributed',
                     'gymnasium'},
     'nodes': {'numpy', 'yaml', *ROS},
-    'dashboard': {'numpy', 'nicegui', 'fastapi', 'uvicorn', *ROS},
+    'dashboard': {'numpy', 'PIL', 'nicegui', 'fastapi', 'uvicorn', *ROS},
 }
 PURE = ('numerics', 'world', 'mentor', 'learner', 'protocol')
 # Modules of the standard library that reach beyond the process: a pure room has none of them.
