@@ -15,7 +15,8 @@ import time
 from comply_ros.learner.learner_config import ConfigError
 from comply_ros.learner.training import Training
 from comply_ros.mentor.advice_budget import AdviceBudget
-from comply_ros.nodes.lesson import lesson_parser, NODES, run_lesson
+from comply_ros.nodes.lesson import lesson_parser, run_lesson
+from comply_ros.nodes.lesson_parameters import NODES
 from comply_ros.nodes.node_processes import NodeDied, NodeProcess
 from comply_ros.nodes.run_monitor import LessonFailed
 from comply_ros.numerics.rng import SEED_LIMIT

@@ -20,7 +20,8 @@ from comply_ros.storage.run_files import OutputError, prepare_folder
 from comply_ros.terminal.training_options import guarded
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
-from comply_ros.world.planning import PlanningError, ReferenceReturns
+from comply_ros.world.planning import PlanningError
+from comply_ros.world.reference_returns import reference_returns
 
 
 def add_message(reports: RunReports, topic: str, msg: Any) -> RunReports:
@@ -71,7 +72,7 @@ def draw(reports: RunReports, folder: Path) -> list[Path]:
                'map': reports.description.name, 'mentor': 'as recorded',
                'episodes': max((each.episodes for each in progress.values()), default=0)}
     if progress:
-        reference = ReferenceReturns(world)
+        reference = reference_returns(world)
         summary['optimal_return'] = reference.optimal_return
         summary['mentor_return'] = None if advice is None else reference.return_of(advice)
         curve = [progress[number].mean_return if number in progress else np.nan

@@ -19,12 +19,15 @@ from comply_ros.terminal.training_options import MISTAKES
 
 RESULT_COLUMNS = ('iterations', 'steps', 'time_to_convergence', 'reward_ratio', 'regret',
                   'final_return', 'mentor_return', 'optimal_return', 'digest')
+COMPARED_COLUMNS = (*RESULT_COLUMNS[2:5], *RESULT_COLUMNS[6:8])  # of them, what needs a model
 STOP_PERIOD = 0.1  # seconds between two checks of the stop while nothing completes
 CONNECT_TIMEOUT = 5.0  # seconds for a scheduler to answer
 
 
 class ClusterError(Exception):
     """A cluster that does not answer or that was lost; the message names its address."""
+
+    exit_code = 1
 
 
 class Executor(NamedTuple):

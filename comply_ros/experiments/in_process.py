@@ -14,9 +14,9 @@ from typing import Any, TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from comply_ros.experiments.stepped_training import training_in
 from comply_ros.learner.agent import IterationResult
 from comply_ros.learner.learned import Learned
-from comply_ros.learner.training import Training
 from comply_ros.mentor.advice_budget import AdviceBudget
 from comply_ros.storage.kernel_cache import use_kernel_cache
 from comply_ros.storage.learning_file import save_learning
@@ -26,7 +26,7 @@ from comply_ros.storage.training_spec import spec_training, TrainingSpec
 from comply_ros.terminal.interrupts import StopFlag
 from comply_ros.terminal.run_report import write_results
 from comply_ros.world.mdp import Source, World
-from comply_ros.world.planning import ReferenceReturns
+from comply_ros.world.reference_returns import AnyReturns, reference_returns
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -45,8 +45,9 @@ def train(map: str | os.PathLike[str] | Source = 'maze',  # noqa: A002 - as the 
 
     Parameters
     ----------
-    map: name of a map of the package (`maze`, `bar_grid`, ...), or path of a map file; or a map
-        that you made: a `Table`, such as `Table.from_transitions(...)`, or a `Grid`.
+    map: name of a map of the package (`maze`, `bar_grid`, ...), path of a map file, or an
+        environment of Gymnasium, such as `gym:MountainCar-v0?bins=40`; or a map that you made: a
+        `Table`, such as `Table.from_transitions(...)`, or a `Grid`.
     method: name of a method, such as `beta_implicit`, `explicit` or `sarsa`.
     mentor: `optimal`, `random`, `adversarial`, `noisy:P`, `snapshot:Q`, `file:PATH`,
         `learned:FILE.npz` or `none`; with `@C` behind it, in a share C of the states only.
@@ -66,6 +67,7 @@ def train(map: str | os.PathLike[str] | Source = 'maze',  # noqa: A002 - as the 
     Raises
     ------
     ValueError: for a name, a value or a file that cannot be; the message is one sentence.
+    EnvironmentFault: if an environment raises an exception while it is used.
 
     """
     use_kernel_cache()
@@ -75,7 +77,7 @@ def train(map: str | os.PathLike[str] | Source = 'maze',  # noqa: A002 - as the 
         map, method, mentor, profile=profile, seed=seed, mentor_seed=mentor_seed,
         budget=budget, advising=advising, initial_learning=initial, settings=settings)
     world = World(training.source)
-    reference = ReferenceReturns(world)
+    reference = reference_returns(world)
     advice = mentor_policy(training.spec, world, mentor_seed)
     result = train_seed(training, reference, advice, seed, on_iteration)
     assert result is not None  # it was not stopped
@@ -90,7 +92,8 @@ class TrainingResult:
     Attributes
     ----------
     training: what it is of.
-    reference: the returns of the optimal and of the random policy in its world.
+    reference: the returns of the optimal and of the random policy in its world; None where it has
+        no model.
     advice: `advice[s]` of the mentor's policy, -1 for none.
     seed: of world and learner.
     returns: mean return of each iteration.
@@ -101,7 +104,7 @@ class TrainingResult:
     """
 
     training: TrainingSpec
-    reference: ReferenceReturns
+    reference: AnyReturns
     advice: NDArray[Any]
     seed: int
     returns: NDArray[np.float64]
@@ -141,13 +144,17 @@ class TrainingResult:
         return self.learned.confidence
 
     @cached_property
-    def policy_return(self) -> float:
-        """Exact expected return of an episode by `policy`."""
+    def policy_return(self) -> float | None:
+        """Exact expected return of an episode by `policy`; None in a world without a model."""
         return self.reference.return_of(self.policy)
 
     @property
-    def regret(self) -> float:
-        """Sum over the iterations that learn of the optimal return minus the mean return."""
+    def regret(self) -> float | None:
+        """
+        Sum over the iterations that learn of the optimal return minus the mean return.
+
+        None in a world without a model.
+        """
         return self.summary['regret']
 
     @cached_property
@@ -201,7 +208,7 @@ def _written(figure: Figure, path: str | os.PathLike[str] | None) -> Figure:
     return figure
 
 
-def train_seed(training: TrainingSpec, reference: ReferenceReturns, advice: NDArray[Any],
+def train_seed(training: TrainingSpec, reference: AnyReturns, advice: NDArray[Any],
                seed: int, on_iteration: OnIteration, stop: StopFlag | None = None,
                ) -> TrainingResult | None:
     """
@@ -211,15 +218,15 @@ def train_seed(training: TrainingSpec, reference: ReferenceReturns, advice: NDAr
     """
     world, config = reference.world, training.config
     mentor = AdviceBudget(world, advice, training.budget, training.advising)
-    process = Training(world, mentor, config, seed, training.initial)
-    start, returns, steps = time.perf_counter(), [], 0
-    for _ in range(config.iterations):
-        iteration = process.iterate()
-        returns.append(iteration.mean_return)
-        steps += iteration.steps
-        on_iteration(iteration)
-        if stop is not None and stop.is_set():
-            return None
-    seconds = time.perf_counter() - start
-    return TrainingResult(training, reference, advice, seed, np.array(returns), steps, seconds,
-                          process.learned())
+    with training_in(world, training.map_name, mentor, config, seed, training.initial) as process:
+        start, returns, steps = time.perf_counter(), [], 0
+        for _ in range(config.iterations):
+            iteration = process.iterate()
+            returns.append(iteration.mean_return)
+            steps += iteration.steps
+            on_iteration(iteration)
+            if stop is not None and stop.is_set():
+                return None
+        seconds = time.perf_counter() - start
+        return TrainingResult(training, reference, advice, seed, np.array(returns), steps,
+                              seconds, process.learned())

@@ -49,7 +49,7 @@ def main(argv: Sequence[str]) -> int:
         elif isinstance(error, OSError):
             message, code = f'{error.filename or "output"}: {reason_of(error)}', 1
         else:
-            message, code = str(error), 1 if isinstance(error, ClusterError) else 2
+            message, code = str(error), getattr(error, 'exit_code', 2)
         print(f'sweep: {message}', *getattr(error, '__notes__', ()), sep='; ', file=sys.stderr)
         return code
 
@@ -75,7 +75,17 @@ def run(options: argparse.Namespace) -> int:
                 raise
     console.print(f'  {printable(table.path)}: {len(done)} runs, {len(done) - before} of them new',
                   soft_wrap=True)
+    for name in maps_without_model(sweep):
+        console.print(f'  {printable(name)} has no model: its runs have no '
+                      f'{", ".join(executors.COMPARED_COLUMNS)}', soft_wrap=True, markup=False)
     return 0
+
+
+def maps_without_model(sweep: Sweep) -> list[str]:
+    """Return the maps of a sweep in which nobody knows what an action leads to."""
+    profile = sweep.axes['profile'][0]
+    return [name for name in sweep.axes['map']
+            if reference_returns_of(Run(name, profile)).optimal_return is None]
 
 
 def _executor(options: argparse.Namespace, stop: StopFlag) -> AbstractContextManager[Executor]:

@@ -29,7 +29,8 @@ from comply_ros.experiments.training_runs import (
     setting_value,
 )
 from comply_ros.learner.learner_config import CONFIG_FIELDS, ConfigError
-from comply_ros.mentor.advice_budget import validate_advice_budget
+from comply_ros.learner.snapshot_mentor import validate_mentor
+from comply_ros.mentor.advice_budget import validate_advice_budget, validate_advising
 from comply_ros.mentor.mentor_policies import FROM_FILES
 from comply_ros.numerics.rng import SEED_LIMIT
 from comply_ros.storage.file_system import PathError
@@ -233,8 +234,14 @@ def _check_together(axes: dict[str, tuple], content: LinedYaml) -> None:
     for k, mentor in enumerate(axes['mentor']):
         with _at(content, 'mentors', k):
             spec = read_mentor_spec(mentor)
-            for world in worlds if spec.kind in FROM_FILES else ():
-                policy_of_file(spec, world)
+            for world in worlds:
+                validate_mentor(spec, world)
+                if spec.kind in FROM_FILES:
+                    policy_of_file(spec, world)
+    for k, when in enumerate(axes['advising']):
+        with _at(content, 'advising', k):
+            for world in worlds:
+                validate_advising(max(axes['budget']), when, world)
 
 
 def _check_methods(axes: dict[str, tuple], content: LinedYaml) -> None:

@@ -18,7 +18,7 @@ from comply_ros.terminal.interrupts import check, interrupts, StopFlag
 from comply_ros.terminal.run_report import plot_process, report_training
 from comply_ros.terminal.training_options import main_with, training_parser, TrainingOptions
 from comply_ros.world.mdp import World
-from comply_ros.world.planning import ReferenceReturns
+from comply_ros.world.reference_returns import reference_returns
 
 
 def main(argv: Sequence[str]) -> int:
@@ -36,7 +36,7 @@ def run(options: TrainingOptions) -> int:
         raise ConfigError(f'seeds must be at least 1, got {count}')
     with plot_process() as plot:
         world = World(options.source)
-        reference = ReferenceReturns(world)  # before the training: it finds maps without end
+        reference = reference_returns(world)  # before the training: it finds maps without end
         with interrupts() as stop, progress_bar() as bar:
             advice = _advice(options, world, bar, stop)
             task = bar.add_task(options.method, total=count * options.config.iterations, now='')

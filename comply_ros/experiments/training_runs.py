@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from comply_ros.experiments.stepped_training import training_in
 from comply_ros.learner import metrics
 from comply_ros.learner.confidence import confidence_map
 from comply_ros.learner.learner_config import ConfigError, LearnerConfig, with_text
@@ -18,12 +19,13 @@ from comply_ros.learner.training import Training
 from comply_ros.mentor.advice_budget import AdviceBudget, validate_advice_budget
 from comply_ros.mentor.mentor_policies import FROM_FILES
 from comply_ros.mentor.policy import PolicyError
-from comply_ros.storage.map_files import read_map
+from comply_ros.storage.map_files import read_world
 from comply_ros.storage.mentor_cache import mentor_policy, policy_of_file, read_mentor_spec
 from comply_ros.terminal.interrupts import StopFlag
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
-from comply_ros.world.planning import greedy, ReferenceReturns
+from comply_ros.world.planning import greedy
+from comply_ros.world.reference_returns import AnyReturns, reference_returns
 
 GREEDY_PERIOD = 10  # iterations between two points of a `GreedyCurve`
 REGRET_ITERATIONS = 399  # over which regret is summed: as many as the published runs had
@@ -125,9 +127,9 @@ def _cached_by(*names: str) -> Callable[[Callable[[Run], T]], Callable[[Run], T]
 
 
 @_cached_by('map', 'profile')
-def reference_returns_of(run: Run) -> ReferenceReturns:
-    """Return the `ReferenceReturns` of a run's world."""
-    return ReferenceReturns(World(read_map(run.map, run.profile)))
+def reference_returns_of(run: Run) -> AnyReturns:
+    """Return what is known of the returns in a run's world."""
+    return reference_returns(World(read_world(run.map, run.profile)))
 
 
 @_cached_by('map', 'profile', 'mentor', 'mentor_seed')
@@ -139,7 +141,7 @@ def advice_of(run: Run) -> NDArray[Any]:
 
 @_cached_by('map', 'profile', 'mentor', 'mentor_seed')
 def mentor_return(run: Run) -> float | None:
-    """Exact expected return of a run's mentor, None without one."""
+    """Exact expected return of a run's mentor; None without one, or without a model."""
     advice = advice_of(run)
     return reference_returns_of(run).return_of(advice) if (advice != NO_ACTION).any() else None
 
@@ -153,18 +155,18 @@ def learn(run: Run, stop: StopFlag | None = None,
     """
     world, config, advice = reference_returns_of(run).world, config_of(run), advice_of(run)
     mentor = AdviceBudget(world, advice, run.budget, run.advising)
-    training = Training(world, mentor, config, run.seed)
     returns, changes, steps = [], [], 0
-    for _ in range(config.iterations):
-        before = training.state.q[world.available] if watches_values else None
-        iteration = training.iterate()
-        returns.append(iteration.mean_return)
-        steps += iteration.steps
-        if before is not None:
-            changes.append(float(np.abs(training.state.q[world.available] - before).max()))
-        if stop is not None and stop.is_set():
-            return None
-    state = training.state
+    with training_in(world, run.map, mentor, config, run.seed) as training:
+        for _ in range(config.iterations):
+            before = training.state.q[world.available] if watches_values else None
+            iteration = training.iterate()
+            returns.append(iteration.mean_return)
+            steps += iteration.steps
+            if before is not None:
+                changes.append(float(np.abs(training.state.q[world.available] - before).max()))
+            if stop is not None and stop.is_set():
+                return None
+        state = training.state
     return RunResult(returns, changes, confidence_map(config, state, advice).tolist(),
                      state.departures > 1.0, state.q, steps, state.digest())
 
@@ -186,6 +188,8 @@ def measures(run: Run, returns: list[float]) -> dict[str, float | None]:
     """
     Return time to convergence, reward ratio and regret of a run by name; see `learner.metrics`.
 
+    None for each in a world without a model.
+
     In the mazes of the profile `published` they compare with the optimal return that those runs
     measured, elsewhere with the exact one.
 
@@ -195,6 +199,8 @@ def measures(run: Run, returns: list[float]) -> dict[str, float | None]:
     counted = returns[config_of(run).measuring_iterations:]
     published = run.profile == 'published' and run.map in ('maze', 'maze_as_run')
     optimal = metrics.PUBLISHED_OPTIMAL if published else reference_returns_of(run).optimal_return
+    if optimal is None:
+        return dict.fromkeys(('time_to_convergence', 'reward_ratio', 'regret'))
     level = metrics.threshold(run.profile, optimal)
     convergence = metrics.time_to_convergence(run.profile, counted, level)
     return {'time_to_convergence': convergence,

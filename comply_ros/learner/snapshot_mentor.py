@@ -10,7 +10,12 @@ from numpy.typing import NDArray
 from comply_ros.learner.presets import find_method
 from comply_ros.learner.training import Training
 from comply_ros.mentor.advice_budget import MentorError
-from comply_ros.mentor.mentor_policies import adversarial_policy, MentorSpec, noisy_policy
+from comply_ros.mentor.mentor_policies import (
+    adversarial_policy,
+    FROM_FILES,
+    MentorSpec,
+    noisy_policy,
+)
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import greedy, optimal_policy, ReferenceReturns
@@ -32,14 +37,10 @@ def make_policy(spec: MentorSpec, world: World, seed: int,
 
     Raises
     ------
-    MentorError: for a mentor that must plan, in a world without a model.
+    MentorError: as `validate_mentor`.
 
     """
-    if world.model == 'none' and spec.kind not in UNPLANNED:
-        raise MentorError(
-            f'a mentor of the kind {spec.kind!r} must plan, and nobody knows what an action leads '
-            'to in a world without a model: use one from a file (file:PATH), from a training '
-            '(learned:FILE.npz), none, a person, or a node of your own')
+    validate_mentor(spec, world)
     generator = np.random.Generator(np.random.PCG64(seed))
     if spec.kind == 'none':
         return np.full(world.n_states, NO_ACTION, dtype=world.action_type)
@@ -52,6 +53,22 @@ def make_policy(spec: MentorSpec, world: World, seed: int,
     if spec.kind == 'noisy':
         return noisy_policy(world, float(spec.value), generator)
     return snapshot_policy(world, float(spec.value), seed, on_progress)
+
+
+def validate_mentor(spec: MentorSpec, world: World) -> None:
+    """
+    Return if there can be such a mentor in a world.
+
+    Raises
+    ------
+    MentorError: for a mentor that must plan, in a world without a model.
+
+    """
+    if world.model == 'none' and spec.kind not in (*UNPLANNED, *FROM_FILES):
+        raise MentorError(
+            f'a mentor of the kind {spec.kind!r} must plan, and nobody knows what an action leads '
+            'to in a world without a model: use one from a file (file:PATH), from a training '
+            '(learned:FILE.npz), none, a person, or a node of your own')
 
 
 def snapshot_policy(world: World, level: float, seed: int,

@@ -39,6 +39,20 @@ def validate_advice_budget(budget: int, when: str) -> None:
         raise MentorError(f'advising must be one of {", ".join(ADVISING_MODES)}, got {when!r}')
 
 
+def validate_advising(budget: int, when: str, world: World) -> None:
+    """
+    Return if a mentor can spend a budget so in a world.
+
+    Raises
+    ------
+    MentorError: for `important` in a world without a model.
+
+    """
+    if budget != UNLIMITED and when == 'important' and world.model == 'none':
+        raise MentorError("advising 'important' must know what an action leads to, and the world "
+                          'has no model: use early or mistakes')
+
+
 class AdviceBudget:
     """
     What a mentor recommends in each state, and how many recommendations remain.

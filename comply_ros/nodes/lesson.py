@@ -4,7 +4,6 @@
 import argparse
 from collections.abc import Callable, Generator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from dataclasses import asdict
 import fcntl
 import os
 from pathlib import Path
@@ -22,22 +21,19 @@ from rclpy.validate_full_topic_name import validate_full_topic_name
 from rclpy.validate_namespace import validate_namespace
 
 from comply_ros.learner.learner_config import ConfigError
-from comply_ros.mentor.mentor_policies import FROM_FILES
+from comply_ros.nodes.lesson_parameters import NODES, STATE, world_node, write_parameters
 from comply_ros.nodes.node_processes import (
     NodeDied,
     NodeProcess,
     parameter_arguments,
     run_nodes,
-    yaml_for_rcl,
 )
 from comply_ros.nodes.parameters import FASTEST, SLOWEST
 from comply_ros.nodes.ros_start import RosStartError, start_rclpy
 from comply_ros.nodes.run_monitor import LessonFailed, RunMonitor
 from comply_ros.nodes.spin import POLL_PERIOD
 from comply_ros.nodes.topics import ANOTHER
-from comply_ros.storage.file_system import absolute_path
 from comply_ros.storage.learning_file import read_learning
-from comply_ros.storage.map_name import absolute_name
 from comply_ros.storage.mentor_cache import mentor_policy
 from comply_ros.terminal.command_line import real_number
 from comply_ros.terminal.interrupts import check, interrupts, StopFlag
@@ -48,11 +44,9 @@ from comply_ros.terminal.training_options import (
     TrainingOptions,
 )
 from comply_ros.world.mdp import World
-from comply_ros.world.planning import ReferenceReturns
+from comply_ros.world.reference_returns import AnyReturns, reference_returns
 
-NODES = ('grid_world', 'mentor', 'learner')
 LONGEST_NAME = 'grid_world/set_parameters_atomically'  # of a topic or service in a lesson
-STATE = 'state'  # folder in that of the results, for the checkpoints of `--respawn`
 SAVE_TIMEOUT = 10.0  # seconds after which a learner that does not answer is asked again to save
 DISCOVERY = 0.5  # seconds in which most other nodes on the same topics are found
 DISCOVERY_WITH_RESPAWN = 1.0  # as long, where those that are found later are not known as others
@@ -116,7 +110,7 @@ def namespace_arguments(name: str) -> list[str]:
 
 
 def run_lesson(options: TrainingOptions, disturbance: Disturbance = lambda _: nullcontext(),
-               ) -> tuple[ReferenceReturns, NDArray[Any], dict[str, Any]]:
+               ) -> tuple[AnyReturns, NDArray[Any], dict[str, Any]]:
     """
     Return reference returns of the world, the mentor's advice, and the outcome of a lesson.
 
@@ -143,7 +137,7 @@ def run_lesson(options: TrainingOptions, disturbance: Disturbance = lambda _: nu
 def _start_and_watch(options, monitor, discovered, stop, disturbance):
     from comply_ros.nodes.mentor import in_background  # these load while the nodes load
     from comply_ros.terminal.console import iteration_status, progress_bar
-    plan = in_background(ReferenceReturns, World(options.source))
+    plan = in_background(reference_returns, World(options.source))
     executor = SingleThreadedExecutor()
     executor.add_node(monitor)
     with progress_bar() as bar:
@@ -197,28 +191,8 @@ def running(options: TrainingOptions, held: bool = False,
     arguments += namespace_arguments(options.args.namespace)
     if options.args.rate:
         arguments += parameter_arguments({'rate': options.args.rate})
-    return run_nodes(dict.fromkeys(NODES, arguments), options.out, held)
-
-
-def write_parameters(options: TrainingOptions) -> Path:
-    """Write the parameter file of the lesson and return its path."""
-    kind, _, value = options.mentor.partition(':')
-    mentor = f'{kind}:{absolute_path(value)}' if kind in FROM_FILES else options.mentor
-    initial = absolute_path(options.initial_learning) if options.initial_learning else ''
-    common = {'profile': options.profile, 'seed': options.seed}
-    state = {'state_dir': str((options.out / STATE).resolve())} if options.args.respawn else {}
-    parameters = {
-        'grid_world': {'map': absolute_name(options.map_name), **common, **state},
-        'mentor': {'mentor': mentor, 'seed': options.mentor_seed, 'budget': options.budget,
-                   'advising': options.advising, **state},
-        'learner': {'method': options.method, **common, **asdict(options.config), **state,
-                    'initial_learning': initial,
-                    'remembers_advice': not (options.budget and options.advising == 'mistakes')}}
-    path = options.out / 'parameters.yaml'
-    table = {f'/**/{name}': {'ros__parameters': values} for name, values in parameters.items()}
-    path.write_text('# What this lesson was run with: --ros-args --params-file parameters.yaml\n'
-                    + yaml_for_rcl(table), encoding='utf-8')
-    return path
+    names = (world_node(options), *NODES[1:])
+    return run_nodes(dict.fromkeys(names, arguments), options.out, held)
 
 
 def watch(options: TrainingOptions, monitor: RunMonitor, executor: SingleThreadedExecutor,

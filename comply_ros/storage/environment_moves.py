@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """An environment of Gymnasium that moves a world: it is reset and stepped instead of a model."""
 
+from contextlib import suppress
 from math import isfinite
 from typing import Any
 
@@ -84,6 +85,11 @@ class EnvironmentMoves:
     def restart(self) -> None:
         """Begin again with the first episode."""
         self.used = 0
+
+    def close(self) -> None:
+        """Close the environment, which is not used any more."""
+        with suppress(Exception):  # its author raises what they like
+            self._env.close()
 
     def state_dict(self) -> dict[str, Any]:
         """Return the episode and its actions."""

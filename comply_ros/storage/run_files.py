@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The folder of a training's results, `summary.json`, and the numbers in it."""
 
+from collections.abc import Sequence
 import json
 from pathlib import Path
 import tempfile
@@ -9,8 +10,11 @@ from typing import Any
 from comply_ros.learner import metrics
 from comply_ros.storage.file_system import atomic_write, path_errors, PathError
 from comply_ros.storage.training_spec import TrainingSpec
-from comply_ros.world.planning import ReferenceReturns
+from comply_ros.world.reference_returns import AnyReturns
 
+COMPARED = 'convergence_threshold', 'time_to_convergence', 'reward_ratio', 'regret'
+UNKNOWN = ('mentor_return', 'mentor_optimality', 'optimal_return', 'random_return', *COMPARED,
+           'policy_return')  # what needs a model of the world
 FILES = ('summary.json', 'learning.npz', 'learning_curve.png', 'trust_map.png', 'mentor.txt')
 
 
@@ -42,12 +46,14 @@ def prepare_folder(path: str | Path) -> Path:
     return folder
 
 
-def summarize(training: TrainingSpec, reference: ReferenceReturns, mentor_return: float | None, *,
+def summarize(training: TrainingSpec, reference: AnyReturns, mentor_return: float | None, *,
               seed: int, returns: list[float], steps: int, wall_seconds: float,
-              digest: str, policy_return: float, other_mentors: int = 0) -> dict[str, Any]:
+              digest: str, policy_return: float | None, other_mentors: int = 0) -> dict[str, Any]:
     """
     One training as the table that `summary.json` holds; nothing in it is infinite or nan.
 
+    reference: returns of the world. Where they are not known, neither is what is compared with
+        them: it is None, and `unknown` has the names.
     mentor_return: exact expected return of the mentor's policy, None without a mentor.
     returns: mean return of each iteration; convergence, ratio and regret are of those that learn.
     digest: of the learner's arrays.
@@ -55,9 +61,8 @@ def summarize(training: TrainingSpec, reference: ReferenceReturns, mentor_return
     other_mentors: how many mentors, besides that of the training, have advised the learner too.
     """
     counted = returns[training.config.measuring_iterations:]
-    threshold = metrics.threshold(training.profile, reference.optimal_return)
-    convergence = metrics.time_to_convergence(training.profile, counted, threshold)
     optimality = None if mentor_return is None else reference.optimality(mentor_return)
+    compared = compared_with(reference.optimal_return, training.profile, counted)
     return {
         'map': training.map_name, 'step_limit': training.source.step_limit,
         'profile': training.profile, 'method': training.method,
@@ -70,11 +75,27 @@ def summarize(training: TrainingSpec, reference: ReferenceReturns, mentor_return
         'initial_learning': training.initial_learning, 'settings': training.settings,
         'steps': steps, 'wall_seconds': wall_seconds,
         'steps_per_second': steps / wall_seconds, 'return_per_iteration': list(returns),
-        'convergence_threshold': threshold, 'time_to_convergence': convergence,
-        'reward_ratio': metrics.reward_ratio(counted, convergence, reference.optimal_return),
-        'regret': metrics.regret(counted, reference.optimal_return),
+        **compared,
         'final_return': returns[-1], 'policy_return': policy_return, 'digest': digest,
-        'other_mentors': other_mentors}
+        'other_mentors': other_mentors,
+        'unknown': list(UNKNOWN) if reference.optimal_return is None else []}
+
+
+def compared_with(optimal_return: float | None, profile: str,
+                  counted: Sequence[float]) -> dict[str, float | None]:
+    """
+    Return the figures of a training that compare it with the optimal policy, by name.
+
+    optimal_return: None where it is not known, and then neither are the figures.
+    counted: mean return of each iteration that counts.
+    """
+    if optimal_return is None:
+        return dict.fromkeys(COMPARED)
+    threshold = metrics.threshold(profile, optimal_return)
+    convergence = metrics.time_to_convergence(profile, counted, threshold)
+    return dict(zip(COMPARED, (
+        threshold, convergence, metrics.reward_ratio(counted, convergence, optimal_return),
+        metrics.regret(counted, optimal_return)), strict=True))
 
 
 def write_json(path: Path, table: dict[str, Any]) -> Path:

@@ -11,11 +11,16 @@ from typing import Any
 from comply_ros.learner.learned import begin_from, Learned
 from comply_ros.learner.learner_config import ConfigError, LearnerConfig, with_text
 from comply_ros.learner.presets import find_method
-from comply_ros.mentor.advice_budget import UNLIMITED, validate_advice_budget
+from comply_ros.learner.snapshot_mentor import validate_mentor
+from comply_ros.mentor.advice_budget import (
+    UNLIMITED,
+    validate_advice_budget,
+    validate_advising,
+)
 from comply_ros.mentor.mentor_policies import FROM_FILES, MentorSpec
 from comply_ros.numerics.rng import SEED_LIMIT
 from comply_ros.storage.learning_file import read_learning
-from comply_ros.storage.map_files import read_map
+from comply_ros.storage.map_files import read_world
 from comply_ros.storage.mentor_cache import policy_of_file, read_mentor_spec
 from comply_ros.world.grid import Grid
 from comply_ros.world.mdp import Source, World
@@ -90,6 +95,9 @@ def spec_training(map_name: str | os.PathLike[str] | Source = 'maze',
     validate_advice_budget(budget, advising)
     name, source = _source(map_name, profile)
     spec = read_mentor_spec(mentor)
+    if isinstance(source, Spaces):
+        validate_mentor(spec, World(source))
+        validate_advising(budget, advising, World(source))
     if spec.kind in FROM_FILES:
         policy_of_file(spec, World(source))
     initial, start = _initial(initial_learning)
@@ -103,7 +111,7 @@ def _source(given: str | os.PathLike[str] | Source, profile: str) -> tuple[str, 
     """Return the name of a map, and the map itself."""
     if isinstance(given, Grid | Table | Spaces):
         return f'{type(given).__name__.lower()} {given.sha256[:8]}', given
-    return os.fspath(given), read_map(os.fspath(given), profile)
+    return os.fspath(given), read_world(os.fspath(given), profile)
 
 
 def _initial(given: str | os.PathLike[str] | Learned | None,

@@ -161,23 +161,40 @@ def show_columns(heads: Iterable[str], rows: Iterable[Iterable[str]]) -> None:
 
 
 def _rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
-    returns, convergence = summary['return_per_iteration'], summary['time_to_convergence']
+    returns, is_known = summary['return_per_iteration'], not summary['unknown']
+    if is_known:
+        yield from _reference_rows(summary)
+    yield 'learner, first', f'{returns[0]:.2f}', f'{summary["method"]}, mean of an iteration'
+    if is_known:
+        yield ('learned policy', f'{summary["policy_return"]:.2f}',
+               'expected return without exploration')
+    yield 'learner, last', f'{returns[-1]:.2f}', f'iteration {len(returns)}'
+    if is_known:
+        yield 'time to convergence', *_convergence(summary, len(returns))
+    else:
+        yield ('not known', '', 'returns of the optimal, the random and the learned policy and of '
+               'the mentor, time to convergence: the world has no model')
+    yield ('steps', f'{summary["steps"]:,}',
+           f'{summary["steps_per_second"]:,.0f} a second, {summary["wall_seconds"]:.1f} s')
+    others = summary['other_mentors']
+    yield 'digest', summary['digest'][:16], 'the same options give the same bits' if not others \
+        else f'{1 + others} mentors spoke: the same options need not give the same bits'
+
+
+def _reference_rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
+    """Yield what the learner is compared with."""
     yield 'optimal policy', f'{summary["optimal_return"]:.2f}', 'expected return of an episode'
     if summary['mentor_return'] is not None:
         optimality = summary['mentor_optimality']
         yield ('mentor', f'{summary["mentor_return"]:.2f}', summary['mentor'] + (
             '' if optimality is None else f', {optimality:.1%} optimal'))
     yield 'random policy', f'{summary["random_return"]:.2f}', ''
-    yield 'learner, first', f'{returns[0]:.2f}', f'{summary["method"]}, mean of an iteration'
-    yield ('learned policy', f'{summary["policy_return"]:.2f}',
-           'expected return without exploration')
-    yield 'learner, last', f'{returns[-1]:.2f}', f'iteration {len(returns)}'
-    counted = len(returns) - summary['measuring_iterations']
+
+
+def _convergence(summary: Mapping[str, Any], iterations: int) -> tuple[str, str]:
+    """Return the time to convergence, and what it is."""
+    convergence, counted = summary['time_to_convergence'], iterations - summary[
+        'measuring_iterations']
     rule = 'at or below' if summary['profile'] == 'published' else 'until the return stays above'
-    yield ('time to convergence', 'never' if convergence is None else f'{convergence}',
-           f'of {counted} iterations {rule} {summary["convergence_threshold"]:.2f}')
-    yield ('steps', f'{summary["steps"]:,}',
-           f'{summary["steps_per_second"]:,.0f} a second, {summary["wall_seconds"]:.1f} s')
-    others = summary['other_mentors']
-    yield 'digest', summary['digest'][:16], 'the same options give the same bits' if not others \
-        else f'{1 + others} mentors spoke: the same options need not give the same bits'
+    return ('never' if convergence is None else f'{convergence}',
+            f'of {counted} iterations {rule} {summary["convergence_threshold"]:.2f}')

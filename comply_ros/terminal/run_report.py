@@ -19,7 +19,7 @@ from comply_ros.storage.run_files import summarize, write_json
 from comply_ros.storage.training_spec import TrainingSpec
 from comply_ros.terminal.console import show_paths, show_table
 from comply_ros.terminal.interrupts import end_with_parent
-from comply_ros.world.planning import ReferenceReturns
+from comply_ros.world.reference_returns import AnyReturns
 
 PLOTS = 'comply_ros.plots.training_plots'  # loaded when it is used: it loads matplotlib
 Plot = Callable[..., Future]  # called with the name of a function of PLOTS, and its arguments
@@ -62,7 +62,7 @@ def _plot(name: str, *arguments: Any) -> None:
     getattr(import_module(PLOTS), name)(*arguments)
 
 
-def report_training(training: TrainingSpec, folder: Path, reference: ReferenceReturns,
+def report_training(training: TrainingSpec, folder: Path, reference: AnyReturns,
                     advice: NDArray[Any], outcomes: Sequence[dict[str, Any]],
                     plot: Plot = plot_here) -> None:
     """Write and show the results of a training; arguments as `write_results`."""
@@ -74,7 +74,7 @@ def report_training(training: TrainingSpec, folder: Path, reference: ReferenceRe
     show_paths(draw_pictures(training, folder, reference, advice, outcomes, first, plot))
 
 
-def write_results(training: TrainingSpec, folder: Path, reference: ReferenceReturns,
+def write_results(training: TrainingSpec, folder: Path, reference: AnyReturns,
                   advice: NDArray[Any], outcomes: Sequence[dict[str, Any]]) -> None:
     """
     Write the results of a training: what was learned first, then what is drawn of it.
@@ -88,7 +88,7 @@ def write_results(training: TrainingSpec, folder: Path, reference: ReferenceRetu
         pass
 
 
-def write_numbers(training: TrainingSpec, folder: Path, reference: ReferenceReturns,
+def write_numbers(training: TrainingSpec, folder: Path, reference: AnyReturns,
                   advice: NDArray[Any], outcomes: Sequence[dict[str, Any]],
                   ) -> tuple[dict[str, Any], list[Path]]:
     """Write all but the pictures; return the summary and the paths of the files."""
@@ -106,7 +106,7 @@ def write_numbers(training: TrainingSpec, folder: Path, reference: ReferenceRetu
     return summary, files
 
 
-def draw_pictures(training: TrainingSpec, folder: Path, reference: ReferenceReturns,
+def draw_pictures(training: TrainingSpec, folder: Path, reference: AnyReturns,
                   advice: NDArray[Any], outcomes: Sequence[dict[str, Any]],
                   summary: dict[str, Any], plot: Plot) -> Generator[Path]:
     """Draw the pictures of a training; yield the path of each when it is written."""

@@ -13,6 +13,7 @@ from comply_ros.learner.presets import METHODS
 from comply_ros.mentor.advice_budget import UNLIMITED
 from comply_ros.mentor.mentor_policies import FROM_FILES, MentorError
 from comply_ros.mentor.policy import PolicyError
+from comply_ros.storage.environment_moves import EnvironmentFault
 from comply_ros.storage.map_name import file_stem, map_names, OTHER_MAPS
 from comply_ros.storage.run_files import OutputError, prepare_folder
 from comply_ros.storage.training_spec import spec_training, TrainingSpec
@@ -23,7 +24,7 @@ from comply_ros.world.planning import PlanningError
 
 # Their messages are for the user.
 MISTAKES = (MapError, MentorError, ConfigError, LearningError, OutputError, PlanningError,
-            PolicyError)
+            PolicyError, EnvironmentFault)
 
 
 @dataclass(frozen=True)
@@ -112,13 +113,14 @@ def guarded(program: str, mistakes: tuple[type[Exception], ...], run: Callable[[
     """
     Return the exit code of `run()`; print what went wrong in one line.
 
-    mistakes: exceptions whose message is for the user (exit code 2).
+    mistakes: exceptions whose message is for the user (exit code 2, or that of its attribute
+        `exit_code`).
     """
     try:
         return run()
     except mistakes as mistake:
         print(f'{program}: {mistake}', file=sys.stderr)
-        return 2
+        return getattr(mistake, 'exit_code', 2)
     except OSError as error:
         if isinstance(error, BrokenPipeError) and is_closed():
             raise

@@ -85,6 +85,23 @@ def test_a_sweep_is_one_tidy_table(capsys):
     assert capsys.readouterr().out.endswith('runs/a.csv: 24 runs, 24 of them new\n')
 
 
+def test_an_environment_without_a_table_is_swept_without_what_needs_a_model(capsys):
+    pytest.importorskip('gymnasium')
+    name = 'gym:MountainCar-v0?bins=8'
+    Path('a.yaml').write_text(f"map: ['{name}', bar_grid]\nmethods: beta_implicit\n"
+                              'mentors: random\nsettings: {iterations: 1, episodes: 1}\nseeds: 2')
+    assert run('a.yaml') == run('a.yaml') == 0
+    with open('runs/a.csv', newline='') as file:
+        table = [row for row in csv.DictReader(file) if row['map'] == name]
+    assert sorted(row['digest'] for row in table) == sorted(
+        train(name, mentor='random', iterations=1, episodes=1, seed=seed).digest
+        for seed in (0, 1))
+    missing = ('time_to_convergence', 'reward_ratio', 'regret', 'mentor_return', 'optimal_return')
+    assert {row[each] for row in table for each in missing} == {''}
+    assert capsys.readouterr().out.count(
+        f'{name} has no model: its runs have no {", ".join(missing)}\n') == 2
+
+
 def test_runs_in_the_table_are_not_repeated(capsys, monkeypatch):
     run(written(seeds=2))
     before = Path('runs/a.csv').read_text()

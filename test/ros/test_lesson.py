@@ -40,6 +40,18 @@ def test_a_short_lesson_of_other_methods_gives_it_too(tmp_path, method):
         lesson_summary(tmp_path / 'lesson', *SMALL, '--method', method))
 
 
+@pytest.mark.parametrize('more', [
+    (), pytest.param(('--method', 'explicit', '--budget', '9', '--advising', 'mistakes'),
+                     marks=pytest.mark.long)])
+def test_a_lesson_in_an_environment_without_a_table_gives_it_too(tmp_path, more):
+    pytest.importorskip('gymnasium')
+    argv = ('--map', 'gym:MountainCar-v0?bins=6,8&limits=-1,0.5;-0.07,0.06', '--mentor', 'random',
+            '--iterations', '2', '--episodes', '2', '--seed', '3', *more)
+    expected = trained_summary(tmp_path / 'train', *argv)
+    assert expected['optimal_return'] is None and expected['steps'] > 300
+    assert_equal_but_for_time(expected, lesson_summary(tmp_path / 'lesson', *argv))
+
+
 @pytest.mark.parametrize('method', [  # test/protocol has all methods, in one process
     pytest.param('sarsa_lambda', marks=pytest.mark.long), 'explicit'])
 def test_lesson_gives_the_digest_of_train_as_the_text_says(tmp_path, method):

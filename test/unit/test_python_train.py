@@ -191,7 +191,7 @@ def test_what_was_learned_in_a_table_is_a_mentor_and_a_start(of_machine, tmp_pat
 
 
 def test_a_command_trains_in_a_map_that_is_a_table(monkeypatch, tmp_path, capsys):
-    monkeypatch.setattr('comply_ros.storage.training_spec.read_map', lambda *_: machine())
+    monkeypatch.setattr('comply_ros.storage.training_spec.read_world', lambda *_: machine())
     parser = training_parser('train', 'x')
     parser.add_argument('--seeds', default=1)
     options = check_options(parser.parse_args(

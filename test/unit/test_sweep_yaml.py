@@ -171,3 +171,13 @@ def test_too_many_runs_are_an_error():
         'temperature: [0.5, 1]', '\n  '.join(f'{field}: [{many}]' for field in fields))
     with pytest.raises(SweepFileError, match='at most 1000000 runs, got 4' + '0' * 22 + '$'):
         parse_sweep(text)
+
+
+@pytest.mark.parametrize('old, new, message', [
+    ('- optimal', '- random\n- optimal', "line 6: a mentor of the kind 'optimal' must plan"),
+    ('- optimal\n- snapshot:0.75@0.2', '- random\nbudgets: 3\nadvising: [early, important]',
+     "line 7: advising 'important' must know what an action leads to")])
+def test_what_needs_a_model_is_rejected_where_there_is_none(old, new, message):
+    pytest.importorskip('gymnasium')
+    with pytest.raises(SweepFileError, match=message):
+        parse_sweep(GOOD.replace('bar_grid', 'gym:MountainCar-v0?bins=8').replace(old, new))

@@ -107,7 +107,7 @@ def test_a_policy_of_another_shape_is_rejected_before_the_training(tmp_path, cap
 def test_a_folder_that_cannot_be_written_is_reported_before_the_training(
         tmp_path, capsys, monkeypatch):
     (tmp_path / 'taken').write_text('a file where a folder should be')
-    monkeypatch.setattr('comply_ros.experiments.in_process.Training', None)
+    monkeypatch.setattr('comply_ros.experiments.stepped_training.Training', None)
     assert run(tmp_path / 'taken' / 'out')[0] == 2
     assert "an output folder must be writable, got '" in capsys.readouterr().err
     assert (tmp_path / 'taken').read_text() == 'a file where a folder should be'
@@ -127,7 +127,7 @@ def run_code(folder):
 def test_planning_that_does_not_settle_is_reported_before_the_training(
         tmp_path, capsys, monkeypatch):
     monkeypatch.setattr('comply_ros.world.planning.MOST_SWEEPS', 3)
-    monkeypatch.setattr('comply_ros.experiments.in_process.Training', None)
+    monkeypatch.setattr('comply_ros.experiments.stepped_training.Training', None)
     assert run_code(tmp_path) == 2
     assert 'train: value iteration must settle within 3 sweeps' in capsys.readouterr().err
 

@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Training step by step: the bits of the compiled loop, and environments without a table."""
+
+from dataclasses import replace
+import json
+
+from bar_grid_training import PRESETS
+import numpy as np
+import pytest
+
+import comply_ros
+from comply_ros.experiments import train
+from comply_ros.experiments.stepped_training import SteppedTraining, training_in
+from comply_ros.learner.presets import find_method
+from comply_ros.learner.training import Training
+from comply_ros.mentor.advice_budget import AdviceBudget, MentorError
+from comply_ros.protocol.moves import ModelMoves
+from comply_ros.storage.environment_moves import EnvironmentFault
+from comply_ros.storage.map_files import read_map
+from comply_ros.world.grid import MapError
+from comply_ros.world.mdp import World
+from comply_ros.world.planning import optimal_policy
+from comply_ros.world.spaces import Spaces
+
+CAR = 'gym:MountainCar-v0?bins=8'
+SMALL = ('--map', CAR, '--mentor', 'random', '--iterations', '2', '--episodes', '2')
+
+
+def both(name, profile, budget=0, when='early', seed=3):
+    """Return what two iterations in `bar_grid` result in: compiled, and step by step."""
+    world = World(read_map('bar_grid', profile))
+    advice = optimal_policy(world)
+    advice[::3] = -1
+    config = replace(find_method(name, profile), episodes=4)
+    trainings = (
+        Training(world, AdviceBudget(world, advice, budget, when), config, seed),
+        SteppedTraining(world, ModelMoves(world, seed), AdviceBudget(world, advice, budget, when),
+                        config, seed))
+    return [([repr(each.iterate()) for _ in range(2)], each.state.digest(), each.advice.tolist())
+            for each in trainings]
+
+
+@pytest.mark.parametrize('profile, name', PRESETS)
+def test_a_plain_loop_gives_the_bits_of_the_compiled_one(profile, name):
+    compiled, stepped = both(name, profile)
+    assert stepped == compiled
+
+
+@pytest.mark.parametrize('when', ['early', 'important', 'mistakes'])
+def test_a_mentor_with_a_budget_spends_it_in_the_same_states(when):
+    compiled, stepped = both('beta_implicit', 'report', 20, when)
+    assert stepped == compiled
+
+
+def test_without_a_model_a_world_must_be_an_environment():
+    world = World(Spaces(3, ('go', 'wait'), 10))
+    nobody = AdviceBudget(world, np.full(3, -1))
+    with pytest.raises(MapError, match="or a map gym:NAME, got 'spaces'"), training_in(
+            world, 'spaces', nobody, find_method('sarsa', 'report'), 0):
+        pass
+
+
+@pytest.fixture(scope='module')
+def result():
+    """Return the result of a short training in an environment without a table."""
+    pytest.importorskip('gymnasium')
+    return comply_ros.train(CAR, 'beta_implicit', 'random', iterations=2, episodes=2, seed=4)
+
+
+def test_an_environment_without_a_table_is_trained_in(result):
+    assert result.q.shape == (64, 3)
+    assert result.returns.tolist() == [-200.0, -200.0]
+    assert result.steps == 800
+    again = comply_ros.train(CAR, 'beta_implicit', 'random', iterations=2, episodes=2, seed=4)
+    other = comply_ros.train(CAR, 'beta_implicit', 'random', iterations=2, episodes=2, seed=5)
+    assert again.digest == result.digest != other.digest
+
+
+def test_figures_that_need_the_optimum_are_named_as_unknown(result):
+    summary = result.summary
+    assert summary['unknown'] == [
+        'mentor_return', 'mentor_optimality', 'optimal_return', 'random_return',
+        'convergence_threshold', 'time_to_convergence', 'reward_ratio', 'regret', 'policy_return']
+    assert {summary[name] for name in summary['unknown']} == {None}
+    assert result.regret is None and result.policy_return is None
+    assert comply_ros.train('bar_grid', mentor='none', iterations=1).summary['unknown'] == []
+
+
+def test_a_command_writes_its_results_and_says_what_is_not_known(tmp_path, capsys):
+    pytest.importorskip('gymnasium')
+    assert train.main(['train', *SMALL, '--seeds', '2', '--out', str(tmp_path)]) == 0
+    output = ' '.join(capsys.readouterr().out.split())
+    assert 'time to convergence: the world has no model' in output
+    assert 'optimal policy' not in output
+    summary = json.loads((tmp_path / 'summary.json').read_text())
+    assert (summary['map'], summary['regret']) == (CAR, [None, None])
+    assert {each.name for each in tmp_path.iterdir()} == {
+        'summary.json', 'learning.npz', 'learning_curve.png', 'trust_map.png', 'mentor.txt'}
+
+
+def test_what_was_learned_is_a_mentor_and_a_start(result, tmp_path):
+    file = result.save(tmp_path) / 'learning.npz'
+    taught = comply_ros.train(CAR, mentor=f'learned:{file}', initial_learning=file,
+                              iterations=1, episodes=1)
+    assert (taught.advice == result.policy).all()
+
+
+@pytest.mark.parametrize('argv, message', [
+    (('--mentor', 'optimal'), "train: a mentor of the kind 'optimal' must plan, and nobody knows "
+     'what an action leads to in a world without a model: use one from a file'),
+    (('--budget', '5', '--advising', 'important'), "train: advising 'important' must know what an "
+     'action leads to, and the world has no model: use early or mistakes'),
+    (('--map', 'gym:CartPole-v1'), "train: map 'gym:CartPole-v1': environment 'CartPole-v1': the "
+     'observation space needs finite limits')])
+def test_what_needs_a_model_is_rejected_before_the_training(argv, message, tmp_path, capsys):
+    pytest.importorskip('gymnasium')
+    assert train.main(['train', *SMALL, *argv, '--out', str(tmp_path / 'out')]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith(message) and error.count('\n') == 1
+
+
+def test_such_a_mentor_is_a_value_error_in_python():
+    pytest.importorskip('gymnasium')
+    with pytest.raises(MentorError, match='must plan'):
+        comply_ros.train(CAR)
+
+
+def test_an_environment_that_raises_ends_the_command_with_what_it_said(
+        tmp_path, monkeypatch, capsys):
+    gymnasium = pytest.importorskip('gymnasium')
+
+    class Worn(gymnasium.Env):
+        observation_space, action_space = (gymnasium.spaces.Discrete(n) for n in (3, 2))
+        closed = 0
+
+        def reset(self, *, seed=None, options=None):
+            self._steps = 0
+            return 0, {}
+
+        def step(self, action):
+            self._steps += 1
+            if self._steps == 3:
+                raise OSError('the cable is loose')
+            return 1, 0.0, False, False, {}
+
+        def close(self):
+            Worn.closed += 1
+    monkeypatch.setitem(gymnasium.registry, 'Worn-v0', gymnasium.envs.registration.EnvSpec(
+        'Worn-v0', Worn))
+    argv = ('--map', 'gym:Worn-v0', '--out', str(tmp_path))
+    sentence = "environment 'Worn-v0' raised OSError in episode 1, step 3: the cable is loose"
+    assert train.main(['train', *SMALL, *argv]) == 1
+    assert capsys.readouterr().err.endswith(f'train: {sentence}\n')
+    assert Worn.closed == 2  # that which was looked at, and that which was stepped
+    with pytest.raises(EnvironmentFault, match=sentence):
+        comply_ros.train('gym:Worn-v0', mentor='none')
