@@ -38,7 +38,9 @@ def map_names() -> list[str]:
 
 def parse_map_name(name: str) -> MapName:
     """
-    Return the parts of a name. Values of arguments are read as YAML, `%XX` as in an address.
+    Return the parts of a name; in one with a scheme, `%XX` is read as in an address.
+
+    Values of arguments are read as YAML.
 
     Raises
     ------
@@ -61,7 +63,7 @@ def parse_map_name(name: str) -> MapName:
             arguments[key] = load_yaml(unquote(value)).value
         except YamlError as error:
             raise MapError(f'argument {key}: {error.about("its value")}') from None
-    return MapName(scheme, target, arguments)
+    return MapName(scheme, unquote(target), arguments)
 
 
 def map_title(name: str) -> str:
@@ -69,7 +71,7 @@ def map_title(name: str) -> str:
     scheme, colon, rest = name.partition(':')
     if colon and scheme == GYM:
         return name[:LONGEST_TITLE]
-    return Path(rest.partition('?')[0] if colon and scheme == NAV2 else name).stem
+    return Path(unquote(rest.partition('?')[0]) if colon and scheme == NAV2 else name).stem
 
 
 def file_stem(name: str) -> str:
@@ -88,5 +90,6 @@ def absolute_name(name: str) -> str:
     scheme, colon, rest = name.partition(':')
     if scheme == NAV2 and colon:
         path, question, arguments = rest.partition('?')
-        return f'{NAV2}:{absolute_path(path)}{question}{arguments}'
+        path = absolute_path(unquote(path)).replace('%', '%25').replace('?', '%3F')
+        return f'{NAV2}:{path}{question}{arguments}'
     return absolute_path(name) if is_path(name) else name

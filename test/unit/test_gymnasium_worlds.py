@@ -6,7 +6,6 @@ from table_planning import outcomes
 
 from comply_ros.storage.gymnasium_worlds import table_of_environment
 from comply_ros.storage.map_files import parse_map, read_map
-from comply_ros.storage.map_name import file_stem, map_title, parse_map_name
 from comply_ros.world.grid import MapError
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import optimal_values
@@ -185,9 +184,3 @@ def test_a_table_of_another_form_is_rejected(table):
     with pytest.raises(MapError, match=r'P must have for each state and action a list of '
                        r'\(probability, state, reward, terminated\): '):
         table_of_environment(Odd())
-
-
-def test_a_file_may_have_the_name_of_a_library():
-    assert parse_map_name('gym') == ('', 'gym', {})
-    assert len(map_title('gym:FrozenLake-v1?desc=' + 400 * 'F')) == 255
-    assert file_stem('gym:Taxi-v4?is_rainy=true') == 'gym_Taxi-v4_is_rainy_true'
