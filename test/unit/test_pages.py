@@ -110,9 +110,9 @@ def test_the_first_python_lines_of_a_page_train_a_learner(page, tmp_path):
     assert list((tmp_path / 'runs' / 'first').iterdir())
 
 
-def test_the_page_on_maps_makes_an_environment_of_gymnasium(tmp_path):
+def test_the_page_on_gymnasium_makes_an_environment_of_a_map(tmp_path):
     pytest.importorskip('gymnasium')
-    assert run_python('docs/how-to/map.md', 0, tmp_path) == ''
+    assert run_python('docs/how-to/gymnasium.md', 0, tmp_path) == ''
 
 
 @pytest.mark.long
