@@ -61,13 +61,17 @@ def test_an_exception_of_the_environment_ends_the_node_with_what_it_said(tmp_pat
     with nodes(tmp_path, learner=LEARNER):
         done = run('gym_world', '--ros-args', '-p', 'env:=Broken-v0', '-p', 'module:=own_envs')
     assert (done.returncode, done.stderr.splitlines()[-1]) == (1, (
-        "gym_world: environment 'Broken-v0' raised RuntimeError in episode 1, step 1: "
+        "gym_world: environment 'Broken-v0' raised RuntimeError in episode 1, step 3: "
         'the motor is off'))
 
 
 @pytest.mark.parametrize('arguments, message', [
     ((), 'parameter env must be the name of an environment, such as FrozenLake-v1, got none'),
     (('env:=Nowhere-v0',), "environment 'Nowhere-v0' cannot be made: "),
+    (('env:=MountainCarContinuous-v0',), "environment 'MountainCarContinuous-v0': the action "
+     'space must be Discrete, got Box('),
+    (('env:=MountainCar-v0', 'image_rate:=0.0001'), 'parameter image_rate must be 0.0 or at least '
+     '0.001, got 0.0001'),
     (('env:=Taxi-v4', 'module:=no_such_module'), 'parameter module must be a module that can be '
      "imported, got 'no_such_module' (No module named 'no_such_module')"),
     (('env:=Taxi-v4', 'env_args:=[1]'), 'parameter env_args must be '),

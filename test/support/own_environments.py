@@ -11,10 +11,14 @@ class Broken(gymnasium.Env):
     action_space = gymnasium.spaces.Discrete(2)
 
     def reset(self, *, seed=None, options=None):
+        self._steps = 0
         return 0, {}
 
     def step(self, action):
-        raise RuntimeError('the motor is off')
+        self._steps += 1
+        if self._steps == 3:
+            raise RuntimeError('the motor is off')
+        return self._steps, 0.0, False, False, {}
 
 gymnasium.register('Broken-v0', Broken)
 """
