@@ -73,8 +73,8 @@ def read_bins(value: Any) -> tuple[int, ...]:
     """
     words = value.split(',') if isinstance(value, str) else value
     try:
-        bins = [read_number(word) if isinstance(word, str) else word
-                for word in (words if isinstance(words, list) else [words])]
+        bins: list[Any] = [read_number(word) if isinstance(word, str) else word
+                           for word in (words if isinstance(words, list) else [words])]
     except NumberError:
         bins = []
     if not bins or any(type(each) is not int for each in bins):

@@ -39,9 +39,10 @@ def make_environment(name: str, arguments: Mapping[str, Any], gives_pictures: bo
     try:
         if module:
             import_module(module)
+        options = dict[str, Any]()
         if gives_pictures and RGB_ARRAY in _render_modes(gymnasium.spec(name_there)):
-            arguments = {'render_mode': RGB_ARRAY, **arguments}
-        return gymnasium.make(name_there, **arguments)
+            options['render_mode'] = RGB_ARRAY
+        return gymnasium.make(name_there, **{**options, **arguments})
     except Exception as error:  # noqa: BLE001 - its author raises what they like
         raise MapError(f'environment {shown(name)} cannot be made: {one_line(error)}') from None
 
