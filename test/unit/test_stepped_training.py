@@ -2,10 +2,12 @@
 """Training step by step: the bits of the compiled loop, and environments without a table."""
 
 from dataclasses import replace
+from importlib import import_module
 import json
 
 from bar_grid_training import PRESETS
 import numpy as np
+from own_environments import write_environments
 import pytest
 
 import comply_ros
@@ -127,30 +129,16 @@ def test_such_a_mentor_is_a_value_error_in_python():
 
 def test_an_environment_that_raises_ends_the_command_with_what_it_said(
         tmp_path, monkeypatch, capsys):
-    gymnasium = pytest.importorskip('gymnasium')
-
-    class Worn(gymnasium.Env):
-        observation_space, action_space = (gymnasium.spaces.Discrete(n) for n in (3, 2))
-        closed = 0
-
-        def reset(self, *, seed=None, options=None):
-            self._steps = 0
-            return 0, {}
-
-        def step(self, action):
-            self._steps += 1
-            if self._steps == 3:
-                raise OSError('the cable is loose')
-            return 1, 0.0, False, False, {}
-
-        def close(self):
-            Worn.closed += 1
-    monkeypatch.setitem(gymnasium.registry, 'Worn-v0', gymnasium.envs.registration.EnvSpec(
-        'Worn-v0', Worn))
-    argv = ('--map', 'gym:Worn-v0', '--out', str(tmp_path))
-    sentence = "environment 'Worn-v0' raised OSError in episode 1, step 3: the cable is loose"
-    assert train.main(['train', *SMALL, *argv]) == 1
+    pytest.importorskip('gymnasium')
+    write_environments(tmp_path, monkeypatch)
+    monkeypatch.syspath_prepend(tmp_path)
+    closed = []
+    monkeypatch.setattr(import_module('own_envs').Broken, 'close', lambda env: closed.append(env))
+    name = 'gym:own_envs:Broken-v0'
+    sentence = ("environment 'own_envs:Broken-v0' raised RuntimeError in episode 1, step 3: the "
+                'motor is off')
+    assert train.main(['train', *SMALL, '--map', name, '--out', str(tmp_path / 'out')]) == 1
     assert capsys.readouterr().err.endswith(f'train: {sentence}\n')
-    assert Worn.closed == 2  # that which was looked at, and that which was stepped
+    assert len(closed) == 2  # that which was looked at, and that which was stepped
     with pytest.raises(EnvironmentFault, match=sentence):
-        comply_ros.train('gym:Worn-v0', mentor='none')
+        comply_ros.train(name, mentor='none')
