@@ -11,13 +11,14 @@ from matplotlib.figure import Figure
 import numpy as np
 from numpy.typing import NDArray
 
+from comply_ros.experiments.stepped_training import SteppedTraining
 from comply_ros.learner.presets import find_method
+from comply_ros.mentor.advice_budget import AdviceBudget
 from comply_ros.plots.grid_plot import write_picture
-from comply_ros.protocol.grid_world import GridWorld
-from comply_ros.protocol.learner import Learner
-from comply_ros.protocol.messages import Action, Progress, Recommendation, StateReward
 from comply_ros.storage.environment_world import EnvironmentName, EnvironmentWorld
 from comply_ros.terminal.command_line import CommandParser, whole_number
+from comply_ros.world.grid import NO_ACTION
+from comply_ros.world.mdp import World
 from examples import mountain_car_mentor
 
 ENVIRONMENT = 'MountainCar-v0'
@@ -38,31 +39,15 @@ def episode_returns(method: str, mentor: Callable[[float, float], int] | None,
     mentor: its action at a position and velocity; None for no mentor.
     """
     made = EnvironmentWorld(EnvironmentName(ENVIRONMENT, bins=(mountain_car_mentor.BINS,)))
-    world = GridWorld(made.source, ENVIRONMENT, 1, seed, moves=made.moves(seed))
-    advice = mentor and [mountain_car_mentor.advice(mentor, s)
-                         for s in range(world.description.states)]
+    world = World(made.source)
+    advice = [mountain_car_mentor.advice(mentor, s) if mentor else NO_ACTION
+              for s in range(world.n_states)]
     config = find_method(method, 'published')
-    learner = Learner(replace(config, iterations=ITERATIONS, episodes=EPISODES,
-                              measuring_iterations=0, initial_value=WORST if mentor else
-                              config.initial_value), seed)
-    learner.on_world(world.description)
-    returns: list[float] = []
-    while not learner.finished:
-        returns += _answer(world, learner, advice)
-    return np.array(returns)
-
-
-def _answer(world: GridWorld, learner: Learner, advice: list[int] | None) -> list[float]:
-    """Let the learner answer the open observation; return the means of iterations that ended."""
-    observation: StateReward = world.observation
-    outputs = learner.observe(observation)
-    if learner.waiting is not None:
-        action = advice[observation.state] if advice else -1
-        outputs += learner.on_recommendation(Recommendation(*observation[:4], action))
-    for msg in outputs:
-        if isinstance(msg, Action):
-            world.on_action(msg)
-    return [msg.mean_return for msg in outputs if isinstance(msg, Progress)]
+    training = SteppedTraining(
+        world, made.moves(seed), AdviceBudget(world, advice),
+        replace(config, iterations=ITERATIONS, episodes=EPISODES, measuring_iterations=0,
+                initial_value=WORST if mentor else config.initial_value), seed)
+    return np.array([training.iterate().mean_return for _ in range(ITERATIONS)])
 
 
 def figure_of(curves: dict[tuple[str, str], NDArray[np.float64]]) -> Figure:
