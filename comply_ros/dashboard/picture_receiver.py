@@ -39,7 +39,8 @@ class PictureReceiver:
 
     def tick(self) -> None:
         """Subscribe, or end that; to be called once a second."""
-        self.is_published = self._node.count_publishers(IMAGE) > 0
+        self.is_published = self._node.count_publishers(
+            self._node.resolve_topic_name(IMAGE)) > 0
         is_wanted = self.is_published and time.monotonic() - self._last_wanted < WANTED_FOR
         if is_wanted and self._subscription is None:
             self._subscription = self._node.create_subscription(

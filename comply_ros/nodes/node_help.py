@@ -14,7 +14,7 @@ NODE_PARAMETERS: dict[str, tuple[Parameter, ...]] = {
     'grid_world': (parameters.MAP, parameters.PROFILE, parameters.SEED, parameters.RATE,
                    parameters.STATE_DIR),
     'gym_world': (parameters.SEED, parameters.ENV, parameters.ENV_ARGS, parameters.MODULE,
-                  parameters.BINS, parameters.LIMITS, parameters.USE_TABLE,
+                  parameters.BINS, parameters.LIMITS, parameters.USE_TABLE, parameters.IMAGE_RATE,
                   parameters.RATE, parameters.STATE_DIR),
     'mentor': (parameters.MENTOR, parameters.MENTOR_SEED, parameters.BUDGET,
                parameters.ADVISING, parameters.STATE_DIR),
