@@ -20,6 +20,9 @@ class Broken(gymnasium.Env):
             raise RuntimeError('the motor is off')
         return self._steps, 0.0, False, False, {}
 
+    def close(self):
+        print('closes', flush=True)
+
 gymnasium.register('Broken-v0', Broken)
 """
 DRAWN = """

@@ -34,7 +34,7 @@ LINTERS = {'ament_flake8', 'ament_pep257', 'ament_xmllint'}
 TEST_ROS_PACKAGES = {'domain_coordinator', 'rosgraph_msgs', 'rosidl_parser', *LINTERS}
 OWN = {'comply_ros', 'examples', 'tools', 'setuptools'}
 STANDARD = {*sys.stdlib_module_names, 'compression'}  # the last one since Python 3.14
-COMPARED = {'mushroom_rl'}  # by tests and `scripts/benchmark`, if installed
+COMPARED = {'mushroom_rl', 'stable_baselines3'}  # by tests and tools, if installed
 LOADERS = {'import_module', 'importorskip'}
 
 
