@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from sensor_msgs.msg import Image
 
-from comply_ros.nodes.clocks import stamp_clock, steady_timer
+from comply_ros.nodes.clocks import StampClock, steady_timer
 from comply_ros.nodes.cost_throttle import CostThrottle
 from comply_ros.nodes.protocol_node import ProtocolNode
 from comply_ros.nodes.topics import IMAGE, IMAGE_QOS, time_message
@@ -32,7 +32,7 @@ class PicturePublisher:
     def __init__(self, node: ProtocolNode, moves: EnvironmentMoves, rate: float) -> None:
         self._node, self._moves = node, moves
         self._publisher = node.create_publisher(Image, IMAGE, IMAGE_QOS)
-        self._clock, self._throttle = stamp_clock(node), CostThrottle(1.0 / rate)
+        self._clock, self._throttle = StampClock(node), CostThrottle(1.0 / rate)
         self._published = 0, 0  # subscribers, and steps of the environment, at the last picture
         self._timer = steady_timer(node, 1.0 / rate, self._tick)
 
@@ -54,7 +54,7 @@ class PicturePublisher:
 
     def _publish(self) -> None:
         msg = image_message(self._moves.picture())
-        msg.header.stamp = time_message(self._clock())
+        msg.header.stamp = time_message(self._clock.nanoseconds())
         self._publisher.publish(msg)
 
 
