@@ -15,7 +15,8 @@ import time
 from comply_ros.learner.learner_config import ConfigError
 from comply_ros.learner.training import Training
 from comply_ros.mentor.advice_budget import AdviceBudget
-from comply_ros.nodes.lesson import lesson_parser, NODES, run_lesson
+from comply_ros.nodes.lesson import lesson_parser, run_lesson
+from comply_ros.nodes.lesson_processes import NODES
 from comply_ros.nodes.node_processes import NodeDied, NodeProcess
 from comply_ros.nodes.run_monitor import LessonFailed
 from comply_ros.numerics.rng import SEED_LIMIT
@@ -119,7 +120,7 @@ def run(given: argparse.Namespace) -> int:
         if killer.is_done():
             break
         lessons, equal = lessons + 1, equal + survives(number, given, killer)
-    by_node = ', '.join(f'{name} {killer.kills[name]}' for name in NODES)
+    by_node = ', '.join(f'{name} {killer.kills[name]}' for name in NODES.values())
     console.print(f'{killer.kills.total()} kills ({by_node}): the digest was equal in {equal} of '
                   f'{lessons} lessons')
     return 0 if equal == lessons else 1
@@ -133,7 +134,7 @@ def survives(number: int, given: argparse.Namespace, killer: NodeKiller) -> bool
     expected, before = digest_in_process(options), killer.kills.total()
     console.print(f'lesson {number + 1}: {" ".join(argv[:-2])}')
     try:
-        _, _, outcome = run_lesson(options, killer.disturbing)
+        outcome = run_lesson(options, killer.disturbing).outcome
     except (NodeDied, LessonFailed) as failure:
         console.print(f'  failed: {failure}')
         return False

@@ -20,6 +20,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from std_srvs.srv import Trigger
 
+from comply_ros.nodes.external_node import FIND_TIME, full_name, PARTS, publisher_names
 from comply_ros.nodes.ros_start import RosStartError, start_rclpy
 from comply_ros.nodes.topics import (
     ACTION,
@@ -50,8 +51,6 @@ from comply_ros.terminal.command_line import CommandParser, whole_number
 from comply_ros.world.grid import MapError
 
 ROS_ARGUMENTS = '--ros-args'
-UNKNOWN = '_UNKNOWN_'  # in the name of a node of which discovery only has an endpoint
-FIND_TIME = 10.0  # seconds in which a node must be found
 STATUS_TIME = 2.5  # seconds in which it must publish its status
 COMMON_RULES = {
     'P1': 'publishers are reliable and transient local',
@@ -133,12 +132,12 @@ class RosChannel:
         NoNodeError: if there is none, or more than one.
 
         """
-        topic = RECEIVED[self._kind][0]
+        topic = PARTS[self._kind]
         def is_found() -> bool:
-            names = self._publisher_names(topic)
+            names = publisher_names(self._node, topic)
             return name in names if name else bool(names)
         self.wait(is_found, FIND_TIME)
-        names = self._publisher_names(topic)
+        names = publisher_names(self._node, topic)
         if len(names) != 1 or name not in ('', names[0]):
             raise NoNodeError(
                 f'a {self._kind} must be the only publisher on the topic {topic.name}'
@@ -166,10 +165,6 @@ class RosChannel:
         return any(name.rpartition('/')[2] == self._name.rpartition('/')[2]
                    for name in self.statuses)
 
-    def _publisher_names(self, topic: Topic) -> list[str]:
-        names = {full_name(info) for info in self._node.get_publishers_info_by_topic(topic.name)}
-        return sorted(name for name in names if UNKNOWN not in name)  # it is found a moment later
-
     def _listen(self, topic: Topic) -> None:
         decode, name = decoder(topic), topic.tuple_type.__name__
 
@@ -179,11 +174,6 @@ class RosChannel:
                 return  # of this check itself
             self.received[name].append(Received(time.monotonic(), values))
         self._node.create_subscription(topic.message, topic.name, on_message, topic.qos)
-
-
-def full_name(info: Any) -> str:
-    """Return the full name of the node of an endpoint."""
-    return f'{info.node_namespace.rstrip("/")}/{info.node_name}'
 
 
 def option_parser() -> argparse.ArgumentParser:

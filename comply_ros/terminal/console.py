@@ -169,8 +169,11 @@ def _rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
             '' if optimality is None else f', {optimality:.1%} optimal'))
     yield 'random policy', f'{summary["random_return"]:.2f}', ''
     yield 'learner, first', f'{returns[0]:.2f}', f'{summary["method"]}, mean of an iteration'
-    yield ('learned policy', f'{summary["policy_return"]:.2f}',
-           'expected return without exploration')
+    if summary['policy_return'] is None:
+        yield 'learned policy', '-', f'{summary["method"]} has no service save'
+    else:
+        yield ('learned policy', f'{summary["policy_return"]:.2f}',
+               'expected return without exploration')
     yield 'learner, last', f'{returns[-1]:.2f}', f'iteration {len(returns)}'
     counted = len(returns) - summary['measuring_iterations']
     rule = 'at or below' if summary['profile'] == 'published' else 'until the return stays above'
@@ -179,5 +182,7 @@ def _rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
     yield ('steps', f'{summary["steps"]:,}',
            f'{summary["steps_per_second"]:,.0f} a second, {summary["wall_seconds"]:.1f} s')
     others = summary['other_mentors']
+    if summary['digest'] is None:
+        return
     yield 'digest', summary['digest'][:16], 'the same options give the same bits' if not others \
         else f'{1 + others} mentors spoke: the same options need not give the same bits'

@@ -1,30 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command `check` on live nodes: ours pass every rule, the examples every MUST."""
 
-from contextlib import contextmanager
-from pathlib import Path
-import subprocess
-import sys
 import xml.etree.ElementTree as ElementTree
 
+from example_nodes import example, EXAMPLES
 from node_processes import nodes, run
 import pytest
 
 pytestmark = pytest.mark.usefixtures('domain')
-EXAMPLES = Path(__file__).parents[2] / 'examples'
 OWN = {'world': 'own_world', 'mentor': 'own_mentor', 'learner': 'own_learner'}
-
-
-@contextmanager
-def example(name):
-    """Run a node of the examples."""
-    process = subprocess.Popen([sys.executable, str(EXAMPLES / f'{name}.py')])
-    try:
-        yield
-    finally:
-        process.terminate()
-        code = process.wait()
-    assert code == 0  # without a traceback
 
 
 @pytest.mark.parametrize('kind, name, arguments', [
