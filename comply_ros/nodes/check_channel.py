@@ -1,0 +1,228 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The channel of a check to a live node, and what the graph shows of the node."""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Callable
+from pathlib import Path
+import secrets
+import tempfile
+import time
+from typing import Any
+
+from comply_msgs.srv import Save
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from std_srvs.srv import Trigger
+
+from comply_ros.nodes.external_node import FIND_TIME, full_name, PARTS, publisher_names
+from comply_ros.nodes.started_node import StartedNode
+from comply_ros.nodes.topics import (
+    ACTION,
+    decoder,
+    DESCRIPTION,
+    encoder,
+    EPISODE,
+    MENTOR_POLICY,
+    RECOMMENDATION,
+    SAVE,
+    STATE,
+    Topic,
+    WORLD,
+)
+from comply_ros.protocol.rule_report import Received
+
+SERVICE_TIME = 1.0  # seconds in which a service must be found
+# Of each kind of node: what it publishes, and what the check publishes.
+RECEIVED: dict[str, tuple[Topic, ...]] = {
+    'world': (STATE, WORLD, EPISODE), 'mentor': (RECOMMENDATION, MENTOR_POLICY),
+    'learner': (ACTION, DESCRIPTION)}
+SENT: dict[str, tuple[Topic, ...]] = {
+    'world': (ACTION, WORLD), 'mentor': (WORLD, STATE, ACTION),
+    'learner': (WORLD, STATE, RECOMMENDATION)}
+
+
+class NoNodeError(RuntimeError):
+    """There is not one node to check; the message names those that there are."""
+
+
+class RosChannel:
+    """
+    The `Channel` to one node, over the topics of this namespace.
+
+    Parameters
+    ----------
+    node: that of the check.
+    kind: of the node that is checked: `world`, `mentor` or `learner`.
+    started: starts that node, None if it runs already.
+    seed: with which it is started first.
+
+    Attributes
+    ----------
+    name: full name of the node that is checked, once it is found.
+    statuses: names in `/diagnostics` so far.
+    delays: seconds from the stamp of each message with a header until it came.
+    counts: messages of each topic since the node was started.
+
+    """
+
+    def __init__(self, node: Node, kind: str, started: StartedNode | None = None,
+                 seed: int = 0) -> None:
+        self._node, self._kind, self._started, self._seed = node, kind, started, seed
+        self.name, self.statuses, self.delays = '', set[str](), list[float]()
+        self.counts: Counter[str] = Counter()
+        self._executor = SingleThreadedExecutor(context=node.context)
+        self._executor.add_node(node)
+        self.received: defaultdict[str, list[Received]] = defaultdict(list)
+        self.transcript: list[Received] = []
+        self.last_run, self.followed = 1 + secrets.randbelow(2 ** 31), 0
+        self.sent_worlds: set[int] = set()
+        self._publishers: dict[str, tuple[Any, Callable[[Any], Any]]] = {}
+        self._advertise()
+        node.create_subscription(DiagnosticArray, '/diagnostics', lambda msg: self.statuses.update(
+            status.name for status in msg.status), 10)
+
+    @property
+    def namespace(self) -> str:
+        """The namespace of the topics."""
+        return self._node.get_namespace()
+
+    @property
+    def time(self) -> float:
+        """Seconds of a steady clock."""
+        return time.monotonic()
+
+    def send(self, message: Any) -> None:
+        """Publish a message."""
+        publisher, fill = self._publishers[type(message).__name__]
+        if hasattr(message, 'protocol'):
+            self.sent_worlds.add(message.run)
+        self.transcript.append(Received(self.time, message))
+        publisher.publish(fill(message))
+
+    def wait(self, condition: Callable[[], Any], seconds: float) -> bool:
+        """Spin until a condition is true, at most so many seconds; return whether it is."""
+        end = time.monotonic() + seconds
+        while not condition():
+            left = end - time.monotonic()
+            if left <= 0.0:
+                return False
+            self._executor.spin_once(timeout_sec=min(left, 0.05))
+        return True
+
+    def reset(self) -> bool:
+        """Call the service `reset` of the node, if it has one."""
+        response = self._call(Trigger, f'{self.name}/reset', Trigger.Request())
+        return response is not None and response.success
+
+    def restart(self, seed: int) -> bool:
+        """End the node, if this check has started it, and start it with a seed."""
+        if self._started is None or seed != self._seed and not self._started.has_seed:
+            return False
+        self._started.end()
+        self.wait(lambda: not publisher_names(self._node, PARTS[self._kind]), FIND_TIME)
+        for publisher, _ in self._publishers.values():
+            self._node.destroy_publisher(publisher)  # or the node receives the last messages
+        self._advertise()
+        self.counts.clear()
+        self._started.start(seed)
+        try:
+            self.find(self.name)
+        except NoNodeError:
+            return False
+        return True
+
+    def digest(self) -> str | None:
+        """Let a learner save what it learned; return its digest, None if it cannot."""
+        with tempfile.TemporaryDirectory() as folder:
+            response = self._call(Save, SAVE, Save.Request(path=str(Path(folder) / 'l.npz')))
+        return response.digest if response is not None and response.success else None
+
+    def find(self, name: str) -> str:
+        """
+        Wait for the node to check; return its full name.
+
+        name: that it must have; empty for any.
+
+        Raises
+        ------
+        NoNodeError: if there is none, or more than one.
+
+        """
+        topic = PARTS[self._kind]
+
+        def is_found() -> bool:
+            names = publisher_names(self._node, topic)
+            return name in names if name else bool(names)
+        self.wait(is_found, FIND_TIME)
+        names = publisher_names(self._node, topic)
+        if len(names) != 1 or name not in ('', names[0]):
+            raise NoNodeError(
+                f'a {self._kind} must be the only publisher on the topic {topic.name}'
+                + (f' and be called {name}' if name else '') + ', got '
+                + (', '.join(names) or 'none') + f' within {FIND_TIME:g} s'
+                + (f'; its last lines:\n{self._started.last_lines()}' if self._started else ''))
+        if not self.name:
+            self.name = names[0]
+            for topic in RECEIVED[self._kind]:
+                self._listen(topic)
+        return self.name
+
+    def offered(self, topic: Topic) -> list[QoSProfile]:
+        """Return the QoS of the publishers of the node on a topic."""
+        return [info.qos_profile for info in self._node.get_publishers_info_by_topic(topic.name)
+                if full_name(info) == self.name]
+
+    def late_messages(self, topic: Topic, seconds: float, count: int) -> int:
+        """Return how many messages a subscriber receives that joins now, of so many at most."""
+        decode, found = decoder(topic), []
+
+        def on_message(msg: Any) -> None:
+            if topic is not WORLD or decode(msg).run not in self.sent_worlds:
+                found.append(msg)
+        subscription = self._node.create_subscription(
+            topic.message, topic.name, on_message, topic.qos)
+        self.wait(lambda: len(found) >= count, seconds)
+        self._node.destroy_subscription(subscription)
+        return len(found)
+
+    def _call(self, kind: Any, name: str, request: Any) -> Any:
+        """Return the response of a service, None without one."""
+        client = self._node.create_client(kind, name)
+        try:
+            if not self.wait(client.service_is_ready, SERVICE_TIME):
+                return None
+            future = client.call_async(request)
+            return future.result() if self.wait(future.done, FIND_TIME) else None
+        finally:
+            self._node.destroy_client(client)
+
+    def _advertise(self) -> None:
+        self._publishers = {
+            topic.tuple_type.__name__: (self._node.create_publisher(
+                topic.message, topic.name, topic.qos), encoder(topic))
+            for topic in SENT[self._kind]}
+
+    def _listen(self, topic: Topic) -> None:
+        """Receive a topic of the node, also if that is published as it must not be."""
+        decode, name, clock = decoder(topic), topic.tuple_type.__name__, self._node.get_clock()
+
+        def on_message(msg: Any) -> None:
+            values = decode(msg)
+            if topic is WORLD and values.run in self.sent_worlds:
+                return  # of this check itself
+            now, stamp = clock.now().nanoseconds, msg.header.stamp
+            self.delays.append(now / 1e9 - stamp.sec - stamp.nanosec / 1e9)
+            self.counts[topic.name] += 1
+            self.transcript.append(Received(self.time, values))
+            self.received[name].append(self.transcript[-1])
+        offers = self.offered(topic)
+        reliable = all(each.reliability == ReliabilityPolicy.RELIABLE for each in offers)
+        latched = all(each.durability == DurabilityPolicy.TRANSIENT_LOCAL for each in offers)
+        self._node.create_subscription(topic.message, topic.name, on_message, QoSProfile(
+            depth=topic.qos.depth,
+            reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
+            durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE))

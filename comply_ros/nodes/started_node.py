@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A node that `check` starts by a command of the user, and ends again."""
+
+import os
+import shlex
+import signal
+import subprocess
+import tempfile
+
+SEED = '{seed}'  # in the command, for the seed of the node
+END_TIME = 10.0  # seconds that a node has to end after Ctrl-C
+LAST_LINES = 5
+
+
+class StartedNode:
+    """
+    The processes of a command, at most one at a time.
+
+    command: as in a shell, with `SEED` where the seed of the node goes.
+    """
+
+    def __init__(self, command: str) -> None:
+        self._command, self._process = command, None
+        self._log = tempfile.TemporaryFile()  # noqa: SIM115 - it is written to until the end
+
+    _process: subprocess.Popen[bytes] | None
+
+    @property
+    def has_seed(self) -> bool:
+        """Whether the command has a place for the seed."""
+        return SEED in self._command
+
+    def start(self, seed: int) -> None:
+        """Start the node with a seed; raises OSError or ValueError for a wrong command."""
+        words = [word.replace(SEED, str(seed)) for word in shlex.split(self._command)]
+        self._process = subprocess.Popen(
+            words, stdin=subprocess.DEVNULL, stdout=self._log, stderr=subprocess.STDOUT,
+            start_new_session=True)
+
+    def end(self) -> None:
+        """End the node as Ctrl-C does, with all that its command started; kill it if it stays."""
+        process, self._process = self._process, None
+        if process is None:
+            return
+        for number in (signal.SIGINT, signal.SIGKILL):
+            try:
+                os.killpg(process.pid, number)
+                process.wait(END_TIME)
+                break
+            except ProcessLookupError:
+                process.wait()
+                break
+            except subprocess.TimeoutExpired:
+                continue
+
+    def last_lines(self) -> str:
+        """Return the end of what the command printed, indented."""
+        self._log.seek(0)
+        lines = self._log.read().decode(errors='replace').splitlines()[-LAST_LINES:]
+        return '\n'.join(f'    {line}' for line in lines) or '    (it printed nothing)'
