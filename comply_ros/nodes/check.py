@@ -25,6 +25,7 @@ from comply_ros.protocol.rule_report import (
     breaks_a_must,
     FAIL,
     PATIENCE,
+    SHOULD,
     summary,
     Verdict,
 )
@@ -34,7 +35,8 @@ from comply_ros.terminal.command_line import CommandParser, whole_number
 from comply_ros.world.grid import MapError
 
 ROS_ARGUMENTS = '--ros-args'
-SHORTENING_TIME = 60.0  # seconds in which transcripts are shortened
+SHORTENING_TIME = 15.0  # seconds in which the transcript of a failure is shortened
+MOST_SHORTENED = 4  # failures of which the transcript is shortened, those of a MUST first
 SHORT_PATIENCE = 2.0  # seconds that an answer may take meanwhile
 RULES: dict[str, Mapping[str, str]] = {
     'world': check_world.RULES, 'mentor': check_mentor.RULES, 'learner': check_learner.RULES}
@@ -80,18 +82,21 @@ def failure_bags(channel: RosChannel, options: argparse.Namespace,
                  verdicts: Sequence[Verdict]) -> Iterator[tuple[str, FailureBag]]:
     """Shorten the transcript of each failure and write it; yield its rule and its bag."""
     folder = options.bags or Path(time.strftime('runs/check-%Y-%m-%d-%H-%M-%S'))
-    end, plan = time.monotonic() + SHORTENING_TIME, PLANS[options.kind]
+    failures = sorted((each for each in verdicts if each.result == FAIL and each.transcript),
+                      key=lambda each: each.rule in SHOULD)
+    for number, verdict in enumerate(failures):
+        end = time.monotonic() + SHORTENING_TIME
 
-    def check(shorter: Plan) -> Sequence[Verdict]:
-        if time.monotonic() > end:
-            return ()
-        return checked(channel, options, shorter, SHORT_PATIENCE)
-    for verdict in verdicts:
-        if verdict.result == FAIL and verdict.transcript:
+        def check(shorter: Plan, end: float = end) -> Sequence[Verdict]:
+            if time.monotonic() > end:
+                return ()
+            return checked(channel, options, shorter, SHORT_PATIENCE)
+        shortest = verdict
+        if number < MOST_SHORTENED:
             print(f'check: repeats what broke {verdict.rule}, to shorten it', file=sys.stderr)
-            shortest = shortest_failure(verdict, plan, check)
-            yield verdict.rule, write_bag(folder / verdict.rule, options.kind,
-                                          shortest.transcript, channel.namespace)
+            shortest = shortest_failure(verdict, PLANS[options.kind], check)
+        yield verdict.rule, write_bag(folder / verdict.rule, options.kind,
+                                      shortest.transcript, channel.namespace)
 
 
 @contextmanager

@@ -3,11 +3,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from array import array
+from collections.abc import Iterator, Mapping, Sized
 from pathlib import Path
 from textwrap import wrap
 import time
-from typing import NamedTuple
+from typing import Any, NamedTuple
 import xml.etree.ElementTree as ElementTree
 
 from rclpy.serialization import serialize_message
@@ -19,7 +20,7 @@ from comply_ros.protocol.rule_report import FAIL, NOT_REACHED, Received, SHOULD,
 from comply_ros.storage.file_system import printable, reason_of
 
 INDENT = 17  # columns of the result and the rule
-LONGEST_MESSAGE = 300  # characters that are shown of a message
+SHOWN_ELEMENTS = 4  # of a field with many
 
 
 class FailureBag(NamedTuple):
@@ -45,11 +46,27 @@ def verdict_lines(verdict: Verdict, title: str, width: int,
     for text in (f'expected: {verdict.expected}', f'got: {verdict.got}'):
         yield from _wrapped(indent, text, width)
     for message in verdict.messages:
-        text = repr(message)
-        yield from _wrapped(indent, text if len(text) <= LONGEST_MESSAGE
-                            else text[:LONGEST_MESSAGE - 3] + '...', width)
+        yield from _wrapped(indent, message_text(message), width)
     if bag:
         yield from _wrapped(indent, f'bag: {bag}', width)
+
+
+def message_text(value: Any) -> str:
+    """Return a message as text, without empty fields, and with the beginning of long ones."""
+    if hasattr(value, '_fields'):
+        fields = (f'{name}={message_text(each)}' for name, each in zip(value._fields, value)
+                  if not (isinstance(each, Sized) and not (len(each) and _content(each))))
+        return f'{type(value).__name__}({", ".join(fields)})'
+    if isinstance(value, tuple | list | array):
+        shown = ', '.join(map(message_text, value[:SHOWN_ELEMENTS]))
+        more = len(value) - SHOWN_ELEMENTS
+        return f'({shown}, {more} more)' if more > 0 else f'({shown})'
+    return repr(value)
+
+
+def _content(value: Any) -> Any:
+    """Return what a field has: of the model of a world its rows, or first elements."""
+    return len(value[0]) if hasattr(value, '_fields') else value
 
 
 def _wrapped(head: str, text: str, width: int) -> list[str]:
@@ -70,7 +87,7 @@ def write_junit(path: Path, name: str, verdicts: tuple[Verdict, ...],
         if each.result == FAIL:
             failure = ElementTree.SubElement(
                 case, 'failure', message=f'expected {each.expected}, got {each.got}')
-            failure.text = '\n'.join([*map(repr, each.messages), *(
+            failure.text = '\n'.join([*map(message_text, each.messages), *(
                 [f'bag: {bags[each.rule]}'] if each.rule in bags else [])])
         elif each.result == NOT_REACHED:
             ElementTree.SubElement(case, 'skipped', message='not reached')

@@ -51,8 +51,8 @@ LEARNER, SECOND_LEARNER = 33, 34
 
 def world_plan(steps: int = STEPS) -> Plan:
     """Return what a check of a world does, with so many steps."""
-    return ('step', 'step', 'step', 'repeats', 'step', 'late', 'wrong', 'step', 'wrong',
-            *('step',) * max(0, steps - 5), 'wait', 'other world', 'reset', 'same seed',
+    return ('step', 'step', 'step', 'repeats', 'step', 'late', 'step', 'wrong', 'step', 'wrong',
+            *('step',) * max(0, steps - 6), 'wait', 'other world', 'reset', 'same seed',
             'other seed')
 
 
@@ -188,12 +188,11 @@ class WorldCheck:
             return
         missing = np.flatnonzero(~self._world.available[observation.state])
         right = self._learner.choose(observation, self._rng)
-        wrong: list[tuple[int, dict[str, Any]]] = [
-            (right, {'run': other_number(observation.run)}),
-            (NO_ACTION, {}), (self._world.n_actions, {}),
-            (right, {'step': observation.step + 1})]
-        if observation.learner != ANYONE:
+        wrong: list[tuple[int, dict[str, Any]]] = []
+        if observation.learner != ANYONE:  # first of all: after a while the run is free
             wrong.append((right, {'learner': SECOND_LEARNER + 1}))
+        wrong += [(right, {'run': other_number(observation.run)}), (NO_ACTION, {}),
+                  (self._world.n_actions, {}), (right, {'step': observation.step + 1})]
         wrong += [(int(missing[0]), {})] if len(missing) else []
         for action, changes in wrong:
             self._send_wrong(observation, action, changes)

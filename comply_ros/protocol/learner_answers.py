@@ -30,7 +30,7 @@ class LearnerAnswers:
 
     Attributes
     ----------
-    number: that of the learner, None before its first answer.
+    number: that of the learner, None before its first answer since it was started.
 
     """
 
@@ -39,6 +39,7 @@ class LearnerAnswers:
         self._played, self._channel, self._check = played, channel, report.check
         self._patience, self.number = patience, None
         self._advised: set[int] = set()
+        self._before = len(channel.received['Action'])  # of earlier checks
 
     number: int | None
 
@@ -93,8 +94,8 @@ class LearnerAnswers:
 
     def check_whole_run(self) -> None:
         """Check what was received in the whole check."""
-        check, actions = self._check, self._channel.received['Action']
-        if self.number is None:
+        check, actions = self._check, self._channel.received['Action'][self._before:]
+        if not actions:
             return
         strange, excess = self._played.strange_answers(), self._played.excess_answers()
         check('P3', not strange, 'actions with run, episode and step of an observation',
@@ -102,7 +103,7 @@ class LearnerAnswers:
         check('L3', not excess, 'exactly one action for a new observation', f'{len(excess)} '
               'actions for observations that were published less often', *excess)
         descriptions = [each for each in self._channel.received['LearnerDescription']
-                        if each.message.learner == self.number]
+                        if each.message.learner == actions[0].message.learner]
         check('L17', descriptions and descriptions[0].time <= actions[0].time + QUIET,
               'a LearnerDescription before the first action', f'{len(descriptions)} of them',
               actions[0].message)

@@ -111,7 +111,7 @@ class LearnerReplays:
 
     def _teach(self, joined_reward: float | None = None, faulty: bool = False) -> Taught | None:
         """Return what a learner that was reset has learned; None if it does not answer."""
-        if not (self._channel.reset() or self._channel.restart(self._seed)):
+        if not self._begin_anew():
             return None
         self._played.describe()
         self._channel.wait(lambda: False, QUIET)
@@ -124,6 +124,13 @@ class LearnerReplays:
         self._channel.wait(lambda: False, QUIET)
         digest = self._channel.digest()
         return Taught(actions, digest, digest != before) if actions else None
+
+    def _begin_anew(self) -> bool:
+        """Let the learner forget everything; return whether it can."""
+        if self._channel.reset():
+            return True
+        self._answers.number = None  # another start may have another number
+        return self._channel.restart(self._seed)
 
     def _probe(self) -> None:
         """Find out whether the learner waits where there is no advice."""
