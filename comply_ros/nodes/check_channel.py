@@ -33,7 +33,7 @@ from comply_ros.nodes.topics import (
     Topic,
     WORLD,
 )
-from comply_ros.protocol.rule_report import Received
+from comply_ros.protocol.rule_report import QUIET, Received
 
 SERVICE_TIME = 1.0  # seconds in which a service must be found
 # Of each kind of node: what it publishes, and what the check publishes.
@@ -169,6 +169,7 @@ class RosChannel:
             self.name = names[0]
             for topic in RECEIVED[self._kind]:
                 self._listen(topic)
+            self.wait(lambda: False, QUIET)  # until it knows of these subscribers
         return self.name
 
     def offered(self, topic: Topic) -> list[QoSProfile]:

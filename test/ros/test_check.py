@@ -1,24 +1,43 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command `check` on live nodes: ours pass every rule, the examples every MUST."""
 
+from pathlib import Path
+import shlex
+import sys
 import xml.etree.ElementTree as ElementTree
 
 from example_nodes import example, EXAMPLES
-from node_processes import nodes, run
+from node_processes import run
 import pytest
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import get_typestore, Stores
+from waiting import DEADLINE
+
+from comply_ros.nodes.node_processes import START
 
 pytestmark = pytest.mark.usefixtures('domain')
 OWN = {'world': 'own_world', 'mentor': 'own_mentor', 'learner': 'own_learner'}
 
 
+SUPPORT = Path(__file__).parents[1] / 'support'
+
+
+def start(name, *arguments):
+    """Return the command that starts one of our nodes, for `--start`."""
+    return shlex.join([sys.executable, '-c', START.format(name), '--ros-args', *arguments])
+
+
 @pytest.mark.parametrize('kind, name, arguments', [
-    ('mentor', 'mentor', ('-p', 'mentor:=noisy:0.3')),
-    pytest.param('world', 'grid_world', ('-p', 'map:=bar_grid'), marks=pytest.mark.long),
-    pytest.param('world', 'gym_world', ('-p', 'env:=FrozenLake-v1'), marks=pytest.mark.long),
-    pytest.param('learner', 'learner', (), marks=pytest.mark.long)])
+    ('mentor', 'mentor', ('-p', 'mentor:=noisy:0.3', '-p', 'budget:=20')),
+    pytest.param('world', 'grid_world', ('-p', 'map:=bar_grid', '-p', 'seed:={seed}'),
+                 marks=pytest.mark.long),
+    pytest.param('world', 'gym_world', ('-p', 'env:=FrozenLake-v1', '-p', 'seed:={seed}'),
+                 marks=pytest.mark.long),
+    pytest.param('learner', 'learner', ('-p', 'measuring_iterations:=0'),
+                 marks=pytest.mark.long)])
 def test_our_nodes_pass_every_rule(tmp_path, kind, name, arguments):
-    with nodes(tmp_path, **{name: arguments}):
-        done = run('check', kind, '--junit', str(tmp_path / 'check.xml'))
+    done = run('check', kind, '--start', start(name, *arguments),
+               '--junit', str(tmp_path / 'check.xml'))
     assert (done.returncode, done.stderr) == (0, ''), done.stdout
     assert done.stdout.splitlines()[-1].endswith(' passed, 0 failed, 0 not reached')
     suite = ElementTree.parse(tmp_path / 'check.xml').getroot()
@@ -27,10 +46,33 @@ def test_our_nodes_pass_every_rule(tmp_path, kind, name, arguments):
 
 @pytest.mark.long
 @pytest.mark.parametrize('kind', OWN)
-def test_the_examples_break_no_must(kind):
+def test_the_examples_break_no_must(tmp_path, kind):
     with example(OWN[kind]):
-        done = run('check', kind, '--name', f'/{OWN[kind]}')
-    assert (done.returncode, done.stderr) == (0, ''), done.stdout
+        done = run('check', kind, '--name', f'/{OWN[kind]}', '--bags', str(tmp_path / 'bags'),
+                   timeout=2 * DEADLINE)
+    assert done.returncode == 0, done.stdout
+
+
+@pytest.mark.long
+@pytest.mark.parametrize('rule', ['P1', 'P2', 'P4', 'P12'])
+def test_a_node_that_breaks_a_rule_that_only_a_live_one_shows_fails_just_that(tmp_path, rule):
+    kind, words = ('world', ['broken_world.py', '--ros-args', '-p', 'map:=bar_grid']) \
+        if rule == 'P2' else ('mentor', ['broken_mentor.py', rule])
+    done = run('check', kind, '--bags', str(tmp_path / 'bags'), '--start',
+               shlex.join([sys.executable, str(SUPPORT / words[0]), *words[1:]]))
+    failed = [line.split()[1] for line in done.stdout.splitlines() if line.startswith('FAIL')]
+    assert failed == [rule], done.stdout
+
+
+def test_a_failure_is_written_as_a_short_bag_whose_name_is_in_the_report(tmp_path):
+    with example('own_mentor'):
+        done = run('check', 'mentor', '--only', 'M6', '--bags', str(tmp_path / 'bags'),
+                   '--junit', str(tmp_path / 'check.xml'))
+    assert f'bag: {tmp_path}/bags/M6 (' in ' '.join(done.stdout.split()), done.stdout
+    with AnyReader([tmp_path / 'bags' / 'M6'], default_typestore=get_typestore(
+            Stores.EMPTY)) as bag:
+        assert [each.topic for each, _, _ in bag.messages()] == ['/world']
+    assert 'bags/M6' in (tmp_path / 'check.xml').read_text()
 
 
 @pytest.mark.parametrize('name', OWN.values())
@@ -53,4 +95,12 @@ def test_without_a_node_it_says_so_and_which_there_are():
 def test_an_unknown_rule_is_one_sentence():
     done = run('check', 'mentor', '--only', 'M99')
     assert done.returncode == 2
-    assert 'argument --only must be of P1, P12, P3' in done.stderr and "got 'M99'" in done.stderr
+    assert 'argument --only must be of P1, P2, P4, P12, P3' in done.stderr
+    assert "got 'M99'" in done.stderr
+
+
+def test_a_start_that_cannot_be_run_is_one_sentence():
+    done = run('check', 'mentor', '--start', 'no_such_command_here --x')
+    assert done.returncode == 2 and done.stderr.startswith(
+        "check: --start must be a command that can be run, got 'no_such_command_here --x' (")
+    assert done.stderr.count('\n') == 1
