@@ -35,7 +35,7 @@ from comply_ros.nodes.topics import (
 )
 from comply_ros.protocol.rule_report import QUIET, Received
 
-SERVICE_TIME = 1.0  # seconds in which a service must be found
+SERVICE_TIME = 1.0  # seconds in which a service must be found, and the last messages come
 # Of each kind of node: what it publishes, and what the check publishes.
 RECEIVED: dict[str, tuple[Topic, ...]] = {
     'world': (STATE, WORLD, EPISODE), 'mentor': (RECOMMENDATION, MENTOR_POLICY),
@@ -66,6 +66,7 @@ class RosChannel:
     statuses: names in `/diagnostics` so far.
     delays: seconds from the stamp of each message with a header until it came.
     counts: messages of each topic since the node was started.
+    late: of each topic, how many messages a late subscriber received, and should have.
 
     """
 
@@ -74,6 +75,7 @@ class RosChannel:
         self._node, self._kind, self._started, self._seed = node, kind, started, seed
         self.name, self.statuses, self.delays = '', set[str](), list[float]()
         self.counts: Counter[str] = Counter()
+        self.late: list[tuple[str, int, int]] = []
         self._executor = SingleThreadedExecutor(context=node.context)
         self._executor.add_node(node)
         self.received: defaultdict[str, list[Received]] = defaultdict(list)
@@ -122,12 +124,12 @@ class RosChannel:
         """End the node, if this check has started it, and start it with a seed."""
         if self._started is None or seed != self._seed and not self._started.has_seed:
             return False
+        self.join_late()
         self._started.end()
         self.wait(lambda: not publisher_names(self._node, PARTS[self._kind]), FIND_TIME)
         for publisher, _ in self._publishers.values():
             self._node.destroy_publisher(publisher)  # or the node receives the last messages
         self._advertise()
-        self.counts.clear()
         self._started.start(seed)
         try:
             self.find(self.name)
@@ -177,7 +179,16 @@ class RosChannel:
         return [info.qos_profile for info in self._node.get_publishers_info_by_topic(topic.name)
                 if full_name(info) == self.name]
 
-    def late_messages(self, topic: Topic, seconds: float, count: int) -> int:
+    def join_late(self) -> None:
+        """Note how much of what each topic had a subscriber receives that joins now."""
+        for topic in RECEIVED[self._kind]:
+            count = min(topic.qos.depth, self.counts[topic.name])
+            if count and all(offer.durability == DurabilityPolicy.TRANSIENT_LOCAL
+                             for offer in self.offered(topic)):  # otherwise P1 says so
+                self.late.append((topic.name, self._late_messages(topic, count), count))
+        self.counts.clear()
+
+    def _late_messages(self, topic: Topic, count: int) -> int:
         """Return how many messages a subscriber receives that joins now, of so many at most."""
         decode, found = decoder(topic), []
 
@@ -186,7 +197,7 @@ class RosChannel:
                 found.append(msg)
         subscription = self._node.create_subscription(
             topic.message, topic.name, on_message, topic.qos)
-        self.wait(lambda: len(found) >= count, seconds)
+        self.wait(lambda: len(found) >= count, SERVICE_TIME)
         self._node.destroy_subscription(subscription)
         return len(found)
 

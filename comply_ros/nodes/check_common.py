@@ -12,13 +12,12 @@ RULES = {
     'P4': 'headers have the time of publication',
     'P12': 'the status is published on /diagnostics'}
 STATUS_TIME = 2.5  # seconds in which a node must publish its status
-LATE_TIME = 1.0  # seconds in which a late subscriber must receive the last messages
 LONGEST_DELAY = 2.0  # seconds between a stamp and its arrival
 
 
 def common_verdicts(channel: RosChannel, kind: str) -> tuple[Verdict, ...]:
     """Return the verdicts on these rules for the node of a channel, after its check."""
-    return (_qos(channel, kind), _late(channel, kind), _stamps(channel), _status(channel))
+    return (_qos(channel, kind), _late(channel), _stamps(channel), _status(channel))
 
 
 def _qos(channel: RosChannel, kind: str) -> Verdict:
@@ -30,19 +29,12 @@ def _qos(channel: RosChannel, kind: str) -> Verdict:
                    '; '.join(wrong))
 
 
-def _late(channel: RosChannel, kind: str) -> Verdict:
+def _late(channel: RosChannel) -> Verdict:
     """Return whether a late subscriber receives as many as the depths of the table promise."""
-    wrong, checked = [], False
-    for topic in RECEIVED[kind]:
-        count = min(topic.qos.depth, channel.counts[topic.name])
-        if not count or any(offer.durability != DurabilityPolicy.TRANSIENT_LOCAL
-                            for offer in channel.offered(topic)):
-            continue  # as P1 says
-        checked, found = True, channel.late_messages(topic, LATE_TIME, count)
-        if found < count:
-            wrong.append(f'{topic.name}: {found} of {count}')
-    if not checked:
+    channel.join_late()
+    if not channel.late:
         return Verdict('P2')
+    wrong = [f'{name}: {found} of {count}' for name, found, count in channel.late if found < count]
     return Verdict('P2', FAIL if wrong else PASS, 'the last messages for a late subscriber, as '
                    'many as the depth of the topic', '; '.join(wrong))
 

@@ -11,11 +11,10 @@ import time
 from typing import Any, NamedTuple
 import xml.etree.ElementTree as ElementTree
 
-from rclpy.serialization import serialize_message
-
 from comply_ros.nodes.check_channel import RECEIVED, SENT
 from comply_ros.nodes.topic_type_check import type_name
-from comply_ros.nodes.topics import writer
+from comply_ros.nodes.topics import encoder
+from comply_ros.protocol.messages import NANOSECONDS
 from comply_ros.protocol.rule_report import FAIL, NOT_REACHED, Received, SHOULD, Verdict
 from comply_ros.storage.file_system import printable, reason_of
 
@@ -32,7 +31,8 @@ class FailureBag(NamedTuple):
 
     def __str__(self) -> str:
         """Return one line for the report."""
-        return self.problem or f'{self.path} ({self.messages} messages)'
+        return self.problem or (f'{printable(self.path)} ({self.messages} '
+                                f'message{"s" * (self.messages != 1)})')
 
 
 def verdict_lines(verdict: Verdict, title: str, width: int,
@@ -103,23 +103,20 @@ def write_bag(path: Path, kind: str, transcript: tuple[Received, ...],
     except ModuleNotFoundError as error:
         return FailureBag(path, 0, f'not written: needs the Python package {error.name}')
     topics = {each.tuple_type: each for each in (*RECEIVED[kind], *SENT[kind])}
-    start, stamp = time.time_ns() - time.monotonic_ns(), 0
-
-    def now() -> int:
-        return stamp
+    start = time.time_ns() - time.monotonic_ns()
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         bag = BagWriter(path, message_definitions())
-        names, writers = {}, {}
+        names, makers = {}, {}
         for tuple_type, topic in topics.items():
             names[tuple_type] = f'{namespace.rstrip("/")}/{topic.name}'
             bag.add(names[tuple_type], type_name(topic.message), (latched(topic.qos.depth),))
-            writers[tuple_type] = writer(topic, now)
+            makers[tuple_type] = encoder(topic)
         for each in transcript:
             stamp, kind_of = start + int(each.time * 1e9), type(each.message)
-            content = writers[kind_of](each.message)
-            bag.write(names[kind_of], stamp, content if isinstance(content, bytes)
-                      else serialize_message(content))
+            msg = makers[kind_of](each.message)
+            msg.header.stamp.sec, msg.header.stamp.nanosec = divmod(stamp, NANOSECONDS)
+            bag.write(names[kind_of], stamp, bag.serialized(type_name(type(msg)), msg))
         bag.close()
     except OSError as error:
         return FailureBag(path, 0, f'not written: {printable(path)} ({reason_of(error)})')

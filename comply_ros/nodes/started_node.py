@@ -1,14 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """A node that `check` starts by a command of the user, and ends again."""
 
+from contextlib import suppress
 import os
 import shlex
 import signal
 import subprocess
 import tempfile
+import time
 
 SEED = '{seed}'  # in the command, for the seed of the node
 END_TIME = 10.0  # seconds that a node has to end after Ctrl-C
+CHILDREN_TIME = 1.0  # seconds that what it started has longer
 LAST_LINES = 5
 
 
@@ -42,16 +45,16 @@ class StartedNode:
         process, self._process = self._process, None
         if process is None:
             return
-        for number in (signal.SIGINT, signal.SIGKILL):
-            try:
-                os.killpg(process.pid, number)
-                process.wait(END_TIME)
-                break
-            except ProcessLookupError:
-                process.wait()
-                break
-            except subprocess.TimeoutExpired:
-                continue
+        with suppress(ProcessLookupError, subprocess.TimeoutExpired):
+            os.killpg(process.pid, signal.SIGINT)
+            process.wait(END_TIME)
+        end = time.monotonic() + CHILDREN_TIME
+        with suppress(ProcessLookupError):
+            while process.returncode is not None and time.monotonic() < end:
+                os.killpg(process.pid, 0)  # whether there still is one
+                time.sleep(0.02)
+            os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
 
     def last_lines(self) -> str:
         """Return the end of what the command printed, indented."""

@@ -6,8 +6,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-
 from comply_ros.numerics.rng import random_streams
 from comply_ros.protocol.messages import (
     ANYONE,
@@ -30,16 +28,17 @@ from comply_ros.protocol.rule_report import (
     Verdict,
 )
 from comply_ros.protocol.world_description import is_same_world, world_from_description
+from comply_ros.protocol.world_disturbances import RULES as DISTURBANCES
+from comply_ros.protocol.world_disturbances import WorldDisturbances
 from comply_ros.protocol.world_histories import RULES as HISTORIES
 from comply_ros.protocol.world_histories import WorldHistories
-from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
 
-RULES = {'P6': 'late and repeated actions do not move', **dict(sorted({
+RULES = {'P6': DISTURBANCES['P6'], **dict(sorted({
     'W1': 'the description comes first', 'W2': 'its fields follow their rules',
     'W3': 'it does not change within a run', 'W4': 'the number of the run is not 0',
-    'W5': 'one observation is open at a time',
-    'W11': 'an open observation is repeated', 'W12': 'wrong actions are not accepted',
+    'W5': 'one observation is open at a time', 'W11': DISTURBANCES['W11'],
+    'W12': DISTURBANCES['W12'],
     'W14': 'a silent learner loses the run', 'W16': 'a reset starts a new run',
     'W18': 'what was answered is not repeated', 'W19': 'another world is answered',
     'W20': 'a world that was answered stays', **OBSERVATIONS, **HISTORIES}.items(),
@@ -78,8 +77,7 @@ class WorldCheck:
         self.report = RuleReport(RULES, channel)
         histories = WorldHistories(channel, self.report, self._step_with, seed)
         self._items: dict[str, Callable[[], object]] = {
-            'step': self._step, 'repeats': self._check_repeats, 'late': self._send_late_actions,
-            'wrong': self._send_wrong_actions, 'wait': self._check_waiting,
+            'step': self._step, 'wait': self._check_waiting,
             'other world': self._check_other_world, 'reset': self._check_reset,
             'same seed': histories.check_after_reset, 'other seed': histories.check_after_restart}
 
@@ -122,6 +120,10 @@ class WorldCheck:
         self._checks = ObservationChecks(self._world, self._channel, self.report)
         self._learner = PlayedLearner(self._world, self._channel, self.report, LEARNER,
                                       self._patience)
+        self._disturbances = disturbances = WorldDisturbances(
+            self._learner, self._checks, self._channel, self.report, self._rng, self._patience)
+        self._items |= {'repeats': disturbances.check_repeats, 'late': disturbances.send_late,
+                        'wrong': disturbances.send_wrong}
         return True
 
     def _received(self, name: str) -> list[Received]:
@@ -140,72 +142,13 @@ class WorldCheck:
             self._checks.check_first(observation)
         if (observation.terminated or observation.truncated) and not self._seen_end:
             self._seen_end = True
-            self._send_wrong(observation, 0, {})
+            self._disturbances.send_wrong_action(observation, 0)
         action = self._learner.choose(observation, rng)
         after = self._learner.act(observation, action)
         if after is None or not self._checks.check_next(observation, action, after,
                                                         self._learner.number):
             return action, None
         return action, after
-
-    def _check_repeats(self) -> None:
-        """Leave an observation open: it must be repeated, and nothing else must follow."""
-        observation = self._last('StateReward')
-
-        def repeats() -> list[StateReward]:
-            return [each.message for each in self._received('StateReward')
-                    if each.message[:3] == observation[:3]]
-        count = len(repeats())
-        self._channel.wait(lambda: False, 4 * QUIET)
-        self._channel.wait(lambda: len(repeats()) > count, self._patience)
-        same = [each._replace(learner=ANYONE) == observation._replace(learner=ANYONE)
-                for each in repeats()]
-        self.report.check('W11', len(same) > count and all(same), 'the open observation again, '
-                          f'with the same fields, within {self._patience:g} s',
-                          f'{len(same) - count} more, {same.count(False)} with other fields',
-                          *repeats())
-        after = self._learner.new(observation)
-        if after:
-            self._checks.lose_track()
-        self.report.check('W5', after is None, 'no new observation without an action', 'one',
-                          observation, after)
-
-    def _send_late_actions(self) -> None:
-        """Send the last actions again, in another order: they must not move it."""
-        for msg in self._learner.accepted:
-            observation = self._last('StateReward')
-            self._channel.send(msg)
-            moved = self._channel.wait(lambda before=observation: self._learner.new(before), QUIET)
-            if moved:
-                self._checks.lose_track()
-            self.report.check('P6', not moved, 'no move by an action that was accepted before',
-                              'a move', observation, msg, self._learner.new(observation))
-
-    def _send_wrong_actions(self) -> None:
-        """Send actions that must not be accepted."""
-        observation = self._last('StateReward')
-        if observation.terminated or observation.truncated:
-            return
-        missing = np.flatnonzero(~self._world.available[observation.state])
-        right = self._learner.choose(observation, self._rng)
-        wrong: list[tuple[int, dict[str, Any]]] = []
-        if observation.learner != ANYONE:  # first of all: after a while the run is free
-            wrong.append((right, {'learner': SECOND_LEARNER + 1}))
-        wrong += [(right, {'run': other_number(observation.run)}), (NO_ACTION, {}),
-                  (self._world.n_actions, {}), (right, {'step': observation.step + 1})]
-        wrong += [(int(missing[0]), {})] if len(missing) else []
-        for action, changes in wrong:
-            self._send_wrong(observation, action, changes)
-
-    def _send_wrong(self, observation: StateReward, action: int, changes: dict[str, Any]) -> None:
-        msg = self._learner.send(observation, action, **changes)
-        moved = self._channel.wait(lambda: self._learner.new(observation), QUIET)
-        if moved:
-            self._checks.lose_track()
-        self.report.check('W12', not moved, 'no move by an action of another run, of another '
-                          'learner, for another observation, or that the state lacks',
-                          f'a move by action {action} {changes or ""}', observation, msg,
-                          self._learner.new(observation))
 
     def _check_waiting(self) -> None:
         """Publish nothing for seconds: the run must be freed, and taken by another learner."""

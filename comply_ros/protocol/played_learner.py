@@ -37,7 +37,7 @@ class PlayedLearner:
 
     def __init__(self, world: World, channel: Channel, report: RuleReport, number: int,
                  patience: float) -> None:
-        self._world, self._channel, self._check = world, channel, report.check
+        self.world, self._channel, self._check = world, channel, report.check
         self.number, self._patience = number, patience
         self.accepted: list[Action] = []
 
@@ -51,7 +51,7 @@ class PlayedLearner:
         """Return any action that the state has, or none at the end of an episode."""
         if observation.terminated or observation.truncated:
             return NO_ACTION
-        return int(rng.choice(np.flatnonzero(self._world.available[observation.state])))
+        return int(rng.choice(np.flatnonzero(self.world.available[observation.state])))
 
     def send(self, observation: StateReward, action: int, **changes: Any) -> Action:
         """Send an action for an observation, with some fields changed; return it."""

@@ -9,17 +9,16 @@ import xml.etree.ElementTree as ElementTree
 from example_nodes import example, EXAMPLES
 from node_processes import run
 import pytest
-from rosbags.highlevel import AnyReader
-from rosbags.typesys import get_typestore, Stores
 from waiting import DEADLINE
 
+from comply_ros.bags.bag_reader import Bag
 from comply_ros.nodes.node_processes import START
 
 pytestmark = pytest.mark.usefixtures('domain')
 OWN = {'world': 'own_world', 'mentor': 'own_mentor', 'learner': 'own_learner'}
 
 
-SUPPORT = Path(__file__).parents[1] / 'support'
+BROKEN_NODE = Path(__file__).parents[1] / 'support/broken_node.py'
 
 
 def start(name, *arguments):
@@ -56,10 +55,9 @@ def test_the_examples_break_no_must(tmp_path, kind):
 @pytest.mark.long
 @pytest.mark.parametrize('rule', ['P1', 'P2', 'P4', 'P12'])
 def test_a_node_that_breaks_a_rule_that_only_a_live_one_shows_fails_just_that(tmp_path, rule):
-    kind, words = ('world', ['broken_world.py', '--ros-args', '-p', 'map:=bar_grid']) \
-        if rule == 'P2' else ('mentor', ['broken_mentor.py', rule])
-    done = run('check', kind, '--bags', str(tmp_path / 'bags'), '--start',
-               shlex.join([sys.executable, str(SUPPORT / words[0]), *words[1:]]))
+    kind, parameter = ('world', 'map:=bar_grid') if rule == 'P2' else ('mentor', 'budget:=20')
+    done = run('check', kind, '--bags', str(tmp_path / 'bags'), '--start', shlex.join([
+        sys.executable, str(BROKEN_NODE), rule, '--ros-args', '-p', parameter]))
     failed = [line.split()[1] for line in done.stdout.splitlines() if line.startswith('FAIL')]
     assert failed == [rule], done.stdout
 
@@ -69,9 +67,7 @@ def test_a_failure_is_written_as_a_short_bag_whose_name_is_in_the_report(tmp_pat
         done = run('check', 'mentor', '--only', 'M6', '--bags', str(tmp_path / 'bags'),
                    '--junit', str(tmp_path / 'check.xml'))
     assert f'bag: {tmp_path}/bags/M6 (' in ' '.join(done.stdout.split()), done.stdout
-    with AnyReader([tmp_path / 'bags' / 'M6'], default_typestore=get_typestore(
-            Stores.EMPTY)) as bag:
-        assert [each.topic for each, _, _ in bag.messages()] == ['/world']
+    assert [each.topic for each in Bag(tmp_path / 'bags' / 'M6')] == ['/world']
     assert 'bags/M6' in (tmp_path / 'check.xml').read_text()
 
 
