@@ -21,7 +21,7 @@ RULES = {
     'M1': 'each new observation is answered', 'M2': 'a repeated one is answered again',
     'M3': 'the action is one that the state has', 'M4': 'nothing where the episode has ended',
     'M5': 'a single mentor has no name', 'M6': 'the whole policy is published',
-    'M7': 'a budget begins anew after a reset'}
+    'M7': 'a budget begins anew after a reset', 'M8': 'it answers only when it is asked'}
 # Sixty observations, of which every fifth is repeated, then worlds to follow or not.
 PLAN: Plan = (*('repeat', *('answer',) * 4) * 12, 'policy', 'reset', 'budget', 'early',
               'second world', 'other protocol')
@@ -66,6 +66,11 @@ class MentorCheck:
         if self._first:
             self.report.check('P3', not strange, 'recommendations with run, episode and step of '
                               'an observation', f'{len(strange)} of another one', *strange)
+            self._channel.wait(lambda: False, QUIET)
+            excess = self._played.excess_answers()
+            self.report.check('M8', not excess, 'at most one recommendation for each time that an '
+                              'observation is published', f'{len(excess)} for observations that '
+                              'were published less often', *excess)
         return self.report.verdicts()
 
     def _check_answer(self) -> bool:

@@ -198,14 +198,15 @@ class WorldCheck:
     def _check_whole_run(self, description: WorldDescription) -> None:
         """Check what was received in the whole check; its run was described first."""
         messages = [each.message for each in self.report.transcript()]
-        changed = [msg for msg in messages if type(msg) is WorldDescription
-                   and msg.run == description.run and not is_same_world(msg, description)]
-        self.report.check('W3', not changed, 'the same world within a run', 'another one',
-                          description, *changed)
+        again = [msg for msg in messages if type(msg) is WorldDescription
+                 and msg.run == description.run]
+        changed = [msg for msg in again if not is_same_world(msg, description)]
+        if len(again) > 1:
+            self.report.check('W3', not changed, 'the same world within a run', 'another one',
+                              description, *changed)
         newest: dict[int, StateReward] = {}
         for msg in messages:
-            if type(msg) is StateReward:
-                last = newest.setdefault(msg.run, msg)
+            if type(msg) is StateReward and (last := newest.setdefault(msg.run, msg)) is not msg:
                 self.report.check('W18', step_id(msg) >= step_id(last), 'no observation again '
                                   'that was answered', step_id(msg), last, msg)
                 newest[msg.run] = max(last, msg, key=step_id)

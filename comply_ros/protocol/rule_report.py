@@ -11,7 +11,7 @@ PASS, FAIL, NOT_REACHED = 'PASS', 'FAIL', 'NOT REACHED'
 # Rules with a SHOULD: a node that breaks them works, but is less robust, or shows less.
 SHOULD = frozenset((
     'P2', 'P4', 'P7', 'P8', 'P9', 'P10', 'P12', 'W14', 'W15', 'W18', 'W19', 'W20', 'W21', 'W23',
-    'W24', 'M4', 'M5', 'M6', 'M7', 'L9', 'L11', 'L12', 'L13', 'L15', 'L17', 'L19'))
+    'W24', 'M4', 'M5', 'M6', 'M7', 'M8', 'L9', 'L11', 'L12', 'L13', 'L15', 'L17', 'L19'))
 PATIENCE = 10.0  # seconds that an answer may take
 QUIET = 0.3  # seconds without a message that count as silence
 SHOWN_MESSAGES = 4  # of those that show a failure

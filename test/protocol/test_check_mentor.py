@@ -70,7 +70,8 @@ BROKEN = {
     'M3': advice(lambda msg: msg._replace(action=4)), 'M4': {'machine': Endless},
     'M5': advice(lambda msg: msg._replace(mentor='mine')),
     'M6': {'change': only(Policy, lambda msg: None)},
-    'M7': {'machine': Thrifty, 'settings': ()}}
+    'M7': {'machine': Thrifty, 'settings': ()},
+    'M8': {'change': lambda msg: (msg, msg) if isinstance(msg, Recommendation) else (msg,)}}
 
 
 def test_each_rule_of_a_mentor_has_a_mentor_that_breaks_it():
@@ -96,7 +97,7 @@ def test_a_failure_shows_the_messages_and_the_summary_counts():
     verdicts = checked_mentor(**advice(lambda msg: msg._replace(action=4)))
     failed = next(each for each in verdicts if each.result == FAIL)
     assert 'action 4' in failed.got and len(failed.messages) == 2
-    assert summary('mentor /m', verdicts) == 'mentor /m: 11 passed, 1 failed, 1 not reached'
+    assert summary('mentor /m', verdicts) == 'mentor /m: 12 passed, 1 failed, 1 not reached'
 
 
 def test_a_second_check_of_the_same_mentor_finds_the_same():
