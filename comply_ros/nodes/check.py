@@ -32,6 +32,8 @@ from comply_ros.protocol.rule_report import (
 from comply_ros.storage.map_files import read_map
 from comply_ros.storage.map_name import map_names, OTHER_MAPS
 from comply_ros.terminal.command_line import CommandParser, whole_number
+from comply_ros.terminal.interrupts import interrupts
+from comply_ros.terminal.training_options import guarded
 from comply_ros.world.grid import MapError
 
 ROS_ARGUMENTS = '--ros-args'
@@ -105,17 +107,18 @@ def ros_channel(options: argparse.Namespace, arguments: Sequence[str]) -> Iterat
     start_rclpy(['check', *arguments])
     node = rclpy.create_node('check')
     started = StartedNode(options.start) if options.start else None
-    try:
-        channel = RosChannel(node, options.kind, started, options.seed)
-        if started:
-            _start(started, options)
-        channel.find(options.name)
-        yield channel
-    finally:
-        if started:
-            started.end()
-        node.destroy_node()
-        rclpy.try_shutdown()
+    with interrupts() as stop:
+        try:
+            channel = RosChannel(node, options.kind, stop, started, options.seed)
+            if started:
+                _start(started, options)
+            channel.find(options.name)
+            yield channel
+        finally:
+            if started:
+                started.end()
+            node.destroy_node()
+            rclpy.try_shutdown()
 
 
 def _start(started: StartedNode, options: argparse.Namespace) -> None:
@@ -135,16 +138,19 @@ def main(argv: list[str]) -> int:
     for rule in options.only:
         if rule not in titles:
             parser.error(f'argument --only must be of {", ".join(titles)}, got {rule!r}')
-    try:
-        with ros_channel(options, argv[end:]) as channel:
-            name = channel.name
-            found = checked(channel, options, PLANS[options.kind])
-            verdicts = tuple(each for each in (*common_verdicts(channel, options.kind), *found)
-                             if not options.only or each.rule in options.only)
-            bags = dict(failure_bags(channel, options, verdicts))
-    except (MapError, NoNodeError, RosStartError) as error:
-        return _failed(str(error))
-    return _report(options, name, verdicts, titles, bags)
+    return guarded('check', (MapError, NoNodeError, RosStartError),
+                   lambda: _check(options, argv[end:], titles))
+
+
+def _check(options: argparse.Namespace, arguments: Sequence[str],
+           titles: Mapping[str, str]) -> int:
+    """Check the node, print and write the verdicts; return the exit code."""
+    with ros_channel(options, arguments) as channel:
+        found = checked(channel, options, PLANS[options.kind])
+        verdicts = tuple(each for each in (*common_verdicts(channel, options.kind), *found)
+                         if not options.only or each.rule in options.only)
+        bags = dict(failure_bags(channel, options, verdicts))
+    return _report(options, channel.name, verdicts, titles, bags)
 
 
 def _report(options: argparse.Namespace, name: str, verdicts: tuple[Verdict, ...],
@@ -159,11 +165,7 @@ def _report(options: argparse.Namespace, name: str, verdicts: tuple[Verdict, ...
         try:
             write_junit(options.junit, name, verdicts, titles, bags)
         except OSError as error:
-            return _failed(f'{options.junit} cannot be written ({error.strerror})')
+            print(f'check: {options.junit} cannot be written ({error.strerror})', file=sys.stderr)
+            return 2
     print(summary(f'{options.kind} {name}', verdicts))
     return int(breaks_a_must(verdicts))
-
-
-def _failed(sentence: str) -> int:
-    print(f'check: {sentence}', file=sys.stderr)
-    return 2

@@ -34,6 +34,7 @@ from comply_ros.nodes.topics import (
     WORLD,
 )
 from comply_ros.protocol.rule_report import QUIET, Received
+from comply_ros.terminal.interrupts import check, StopFlag
 
 SERVICE_TIME = 1.0  # seconds in which a service must be found, and the last messages come
 # Of each kind of node: what it publishes, and what the check publishes.
@@ -57,6 +58,7 @@ class RosChannel:
     ----------
     node: that of the check.
     kind: of the node that is checked: `world`, `mentor` or `learner`.
+    stop: whether the user wants to stop; then KeyboardInterrupt is raised.
     started: starts that node, None if it runs already.
     seed: with which it is started first.
 
@@ -70,9 +72,10 @@ class RosChannel:
 
     """
 
-    def __init__(self, node: Node, kind: str, started: StartedNode | None = None,
-                 seed: int = 0) -> None:
+    def __init__(self, node: Node, kind: str, stop: StopFlag,
+                 started: StartedNode | None = None, seed: int = 0) -> None:
         self._node, self._kind, self._started, self._seed = node, kind, started, seed
+        self._stop = stop
         self.name, self.statuses, self.delays = '', set[str](), list[float]()
         self.counts: Counter[str] = Counter()
         self.late: list[tuple[str, int, int]] = []
@@ -109,6 +112,7 @@ class RosChannel:
         """Spin until a condition is true, at most so many seconds; return whether it is."""
         end = time.monotonic() + seconds
         while not condition():
+            check(self._stop)
             left = end - time.monotonic()
             if left <= 0.0:
                 return False

@@ -2,10 +2,13 @@
 """A node that `check` starts by a command of the user, and ends again."""
 
 from contextlib import suppress
+from errno import ENOENT
 import os
 import shlex
+import shutil
 import signal
 import subprocess
+import sys
 import tempfile
 import time
 
@@ -13,6 +16,8 @@ SEED = '{seed}'  # in the command, for the seed of the node
 END_TIME = 10.0  # seconds that a node has to end after Ctrl-C
 CHILDREN_TIME = 1.0  # seconds that what it started has longer
 LAST_LINES = 5
+CHILD = ('import os, sys; from comply_ros.terminal.interrupts import end_with_parent; '
+         'end_with_parent({0}); os.execvp(sys.argv[1], sys.argv[1:])')
 
 
 class StartedNode:
@@ -34,10 +39,20 @@ class StartedNode:
         return SEED in self._command
 
     def start(self, seed: int) -> None:
-        """Start the node with a seed; raises OSError or ValueError for a wrong command."""
+        """
+        Start the node with a seed; it ends when this process is killed.
+
+        Raises
+        ------
+        OSError, ValueError: for a command that cannot be run.
+
+        """
         words = [word.replace(SEED, str(seed)) for word in shlex.split(self._command)]
+        if not words or shutil.which(words[0]) is None:
+            raise FileNotFoundError(ENOENT, 'no such program', words[0] if words else '')
         self._process = subprocess.Popen(
-            words, stdin=subprocess.DEVNULL, stdout=self._log, stderr=subprocess.STDOUT,
+            [sys.executable, '-P', '-c', CHILD.format(os.getpid()), *words],
+            stdin=subprocess.DEVNULL, stdout=self._log, stderr=subprocess.STDOUT,
             start_new_session=True)
 
     def end(self) -> None:

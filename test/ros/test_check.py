@@ -3,13 +3,15 @@
 
 from pathlib import Path
 import shlex
+import signal
+import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
 
 from example_nodes import example, EXAMPLES
 from node_processes import run
 import pytest
-from waiting import DEADLINE
+from waiting import DEADLINE, wait_until
 
 from comply_ros.bags.bag_reader import Bag
 from comply_ros.nodes.node_processes import START
@@ -100,3 +102,26 @@ def test_a_start_that_cannot_be_run_is_one_sentence():
     assert done.returncode == 2 and done.stderr.startswith(
         "check: --start must be a command that can be run, got 'no_such_command_here --x' (")
     assert done.stderr.count('\n') == 1
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGKILL])
+def test_what_was_started_ends_with_the_check_that_is_interrupted_or_killed(tmp_path, number):
+    node = shlex.join(['sh', '-c', f'echo $$ > {tmp_path}/pid; exec sleep 1000'])
+    process = subprocess.Popen(
+        [sys.executable, '-c', START.format('check'), 'mentor', '--start', node],
+        stderr=subprocess.PIPE, text=True)
+    pid = int(wait_until(lambda: (tmp_path / 'pid').exists()
+                         and (tmp_path / 'pid').read_text(), 'a node'))
+    process.send_signal(number)
+    errors = process.communicate(timeout=DEADLINE)[1]
+    if number == signal.SIGINT:
+        assert (process.returncode, errors) == (130, 'check: interrupted\n')
+    wait_until(lambda: not has_program(pid), 'end of the node')
+
+
+def has_program(pid):
+    """Tell whether a process still runs; one that has ended and is not waited for has none."""
+    try:
+        return bool(Path(f'/proc/{pid}/cmdline').read_bytes())
+    except FileNotFoundError:
+        return False
