@@ -36,6 +36,7 @@ from comply_ros.nodes.topics import (
 from comply_ros.protocol.rule_report import QUIET, Received
 from comply_ros.terminal.interrupts import check, StopFlag
 
+LOOK_PERIOD = 1.0  # seconds between two looks at the graph
 SERVICE_TIME = 1.0  # seconds in which a service must be found, and the last messages come
 # Of each kind of node: what it publishes, and what the check publishes.
 RECEIVED: dict[str, tuple[Topic, ...]] = {
@@ -83,6 +84,7 @@ class RosChannel:
         self._executor.add_node(node)
         self.received: defaultdict[str, list[Received]] = defaultdict(list)
         self.transcript: list[Received] = []
+        self._next_look = 0.0
         self.last_run, self.followed = 1 + secrets.randbelow(2 ** 31), 0
         self.sent_worlds: set[int] = set()
         self._publishers: dict[str, tuple[Any, Callable[[Any], Any]]] = {}
@@ -113,11 +115,26 @@ class RosChannel:
         end = time.monotonic() + seconds
         while not condition():
             check(self._stop)
+            self._check_alone()
             left = end - time.monotonic()
             if left <= 0.0:
                 return False
             self._executor.spin_once(timeout_sec=min(left, 0.05))
         return True
+
+    def _check_alone(self) -> None:
+        """Look once a second whether another node plays a part; raises NoNodeError."""
+        if not self.name or time.monotonic() < self._next_look:
+            return
+        self._next_look = time.monotonic() + LOOK_PERIOD
+        own = f'{self.namespace.rstrip("/")}/{self._node.get_name()}'
+        for topic in (*RECEIVED[self._kind], *SENT[self._kind]):
+            allowed = {self.name} if topic in RECEIVED[self._kind] else set()
+            allowed |= {own} if topic in SENT[self._kind] else set()
+            others = [name for name in publisher_names(self._node, topic) if name not in allowed]
+            if others:
+                raise NoNodeError(f'while a {self._kind} is checked, no other node must publish '
+                                  f'on the topic {topic.name}, got {", ".join(others)}')
 
     def reset(self) -> bool:
         """Call the service `reset` of the node, if it has one."""

@@ -32,6 +32,7 @@ from comply_ros.protocol.world_disturbances import RULES as DISTURBANCES
 from comply_ros.protocol.world_disturbances import WorldDisturbances
 from comply_ros.protocol.world_histories import RULES as HISTORIES
 from comply_ros.protocol.world_histories import WorldHistories
+from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
 
 RULES = {'P6': DISTURBANCES['P6'], **dict(sorted({
@@ -138,8 +139,8 @@ class WorldCheck:
 
     def _step_with(self, observation: StateReward, rng: Any) -> tuple[int, StateReward | None]:
         """Take a step by random numbers; return the action, and the observation that follows."""
-        if step_id(observation) == (1, 0):
-            self._checks.check_first(observation)
+        if step_id(observation) == (1, 0) and not self._checks.check_first(observation):
+            return NO_ACTION, None
         if (observation.terminated or observation.truncated) and not self._seen_end:
             self._seen_end = True
             self._disturbances.send_wrong_action(observation, 0)

@@ -9,7 +9,7 @@ import sys
 import xml.etree.ElementTree as ElementTree
 
 from example_nodes import example, EXAMPLES
-from node_processes import run
+from node_processes import log_has, nodes, run
 import pytest
 from waiting import DEADLINE, wait_until
 
@@ -88,6 +88,16 @@ def test_without_a_node_it_says_so_and_which_there_are():
     done = run('check', 'learner')
     assert (done.returncode, done.stderr) == (2, (
         'check: a learner must be the only publisher on the topic action, got none within 10 s\n'))
+
+
+@pytest.mark.long
+def test_a_node_that_plays_another_part_ends_the_check(tmp_path):
+    with nodes(tmp_path, grid_world=('-p', 'map:=bar_grid'), mentor=()) as running:
+        wait_until(log_has(running['grid_world'], 'ready'), 'a world')
+        done = run('check', 'mentor')
+    assert (done.returncode, done.stderr) == (2, (
+        'check: while a mentor is checked, no other node must publish on the topic world, got '
+        '/grid_world\n'))
 
 
 def test_an_unknown_rule_is_one_sentence():
