@@ -134,7 +134,7 @@ def survives(number: int, given: argparse.Namespace, killer: NodeKiller) -> bool
     expected, before = digest_in_process(options), killer.kills.total()
     console.print(f'lesson {number + 1}: {" ".join(argv[:-2])}')
     try:
-        _, _, outcome = run_lesson(options, killer.disturbing)
+        outcome = run_lesson(options, killer.disturbing).outcome
     except (NodeDied, LessonFailed) as failure:
         console.print(f'  failed: {failure}')
         return False

@@ -18,7 +18,7 @@ from rclpy.node import Node
 
 from comply_ros.learner.learner_config import ConfigError
 from comply_ros.nodes.diagnostics import process_name, TOPIC
-from comply_ros.nodes.lesson import running
+from comply_ros.nodes.lesson_processes import running
 from comply_ros.nodes.node_processes import NodeDied, NodeProcess
 from comply_ros.nodes.ros_start import start_rclpy
 from comply_ros.terminal.command_line import whole_number

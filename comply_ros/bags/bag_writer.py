@@ -3,7 +3,9 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 from rosbags import interfaces as rosbag
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.rosbag2.storage_mcap import McapWriter
@@ -56,6 +58,32 @@ class BagWriter:
         """Write one message, recorded at a time in nanoseconds since 1970. Raises OSError."""
         self._writer.write(self._connections[topic], time, data)
         self.counts[topic] += 1
+
+    def serialized(self, message_type: str, message: Any) -> bytes:
+        """
+        Return the bytes of a message, of exactly its length.
+
+        What rclpy makes of one can be longer, and is rejected by readers that look at that.
+
+        message: any object with the fields of the type, also within it.
+        """
+        return bytes(self._types.serialize_cdr(self._typed(message_type, message), message_type))
+
+    def _typed(self, message_type: str, message: Any) -> Any:
+        """Return a message as the type that rosbags has of it."""
+        values = {}
+        for name, (kind, detail) in self._types.fielddefs[message_type][1]:
+            value = getattr(message, name)
+            if kind == rosbag.Nodetype.NAME:
+                value = self._typed(detail, value)
+            elif kind != rosbag.Nodetype.BASE:
+                inner, element = detail[0]
+                if inner == rosbag.Nodetype.NAME:
+                    value = [self._typed(element, each) for each in value]
+                else:
+                    value = list(value) if element[0] == 'string' else np.array(value, element[0])
+            values[name] = value
+        return self._types.types[message_type](**values)
 
     def flush(self) -> None:
         """Write all messages to the file, so that a kill loses none of them (MCAP only)."""

@@ -10,7 +10,8 @@ import sys
 from comply_ros.dashboard import server
 from comply_ros.learner.learner_config import ConfigError
 from comply_ros.learner.presets import find_method, METHODS
-from comply_ros.nodes.lesson import check_namespace, lock_topics, namespace_arguments
+from comply_ros.nodes.lesson import lock_topics
+from comply_ros.nodes.lesson_processes import check_namespace, namespace_arguments
 from comply_ros.nodes.node_processes import NodeProcess, parameter_arguments, run_nodes
 from comply_ros.nodes.run_monitor import LessonFailed
 from comply_ros.storage.kernel_cache import use_kernel_cache

@@ -4,42 +4,27 @@
 from __future__ import annotations
 
 import argparse
-from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 import sys
 import time
 from typing import Any
-import xml.etree.ElementTree as ElementTree
 
-from diagnostic_msgs.msg import DiagnosticArray
 import rclpy
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
-from std_srvs.srv import Trigger
 
+from comply_ros.nodes.check_channel import NoNodeError, RECEIVED, RosChannel
+from comply_ros.nodes.check_common import common_verdicts
+from comply_ros.nodes.check_common import RULES as COMMON_RULES
+from comply_ros.nodes.check_report import FailureBag, verdict_lines, write_bag, write_junit
 from comply_ros.nodes.ros_start import RosStartError, start_rclpy
-from comply_ros.nodes.topics import (
-    ACTION,
-    decoder,
-    DESCRIPTION,
-    encoder,
-    EPISODE,
-    MENTOR_POLICY,
-    RECOMMENDATION,
-    STATE,
-    Topic,
-    WORLD,
-)
+from comply_ros.nodes.started_node import SEED, StartedNode
 from comply_ros.protocol import check_learner, check_mentor, check_world
+from comply_ros.protocol.plan_shortening import Plan, shortest_failure
 from comply_ros.protocol.rule_report import (
     breaks_a_must,
     FAIL,
-    NOT_REACHED,
-    PASS,
-    Received,
+    PATIENCE,
     SHOULD,
     summary,
     Verdict,
@@ -47,143 +32,18 @@ from comply_ros.protocol.rule_report import (
 from comply_ros.storage.map_files import read_map
 from comply_ros.storage.map_name import map_names, OTHER_MAPS
 from comply_ros.terminal.command_line import CommandParser, whole_number
+from comply_ros.terminal.interrupts import interrupts
+from comply_ros.terminal.training_options import guarded
 from comply_ros.world.grid import MapError
 
 ROS_ARGUMENTS = '--ros-args'
-UNKNOWN = '_UNKNOWN_'  # in the name of a node of which discovery only has an endpoint
-FIND_TIME = 10.0  # seconds in which a node must be found
-STATUS_TIME = 2.5  # seconds in which it must publish its status
-COMMON_RULES = {
-    'P1': 'publishers are reliable and transient local',
-    'P12': 'the status is published on /diagnostics'}
-# Of each kind of node: what it publishes, what the check publishes, and the rules.
-RECEIVED: dict[str, tuple[Topic, ...]] = {
-    'world': (STATE, WORLD, EPISODE), 'mentor': (RECOMMENDATION, MENTOR_POLICY),
-    'learner': (ACTION, DESCRIPTION)}
-SENT: dict[str, tuple[Topic, ...]] = {
-    'world': (ACTION, WORLD), 'mentor': (WORLD, STATE, ACTION),
-    'learner': (WORLD, STATE, RECOMMENDATION)}
+SHORTENING_TIME = 15.0  # seconds in which the transcript of a failure is shortened
+MOST_SHORTENED = 4  # failures of which the transcript is shortened, those of a MUST first
+SHORT_PATIENCE = 2.0  # seconds that an answer may take meanwhile
 RULES: dict[str, Mapping[str, str]] = {
     'world': check_world.RULES, 'mentor': check_mentor.RULES, 'learner': check_learner.RULES}
-
-
-class NoNodeError(RuntimeError):
-    """There is not one node to check; the message names those that there are."""
-
-
-class RosChannel:
-    """
-    The `Channel` to one node, over the topics of this namespace.
-
-    kind: of the node: `world`, `mentor` or `learner`.
-    """
-
-    def __init__(self, node: Node, kind: str) -> None:
-        self._node, self._kind, self._name = node, kind, ''
-        self._executor = SingleThreadedExecutor(context=node.context)
-        self._executor.add_node(node)
-        self.received: dict[str, list[Received]] = defaultdict(list)
-        self.statuses: set[str] = set()
-        self._publishers = {
-            topic.tuple_type.__name__: (node.create_publisher(topic.message, topic.name,
-                                                              topic.qos), encoder(topic))
-            for topic in SENT[kind]}
-        self._sent_worlds: set[int] = set()
-        for topic in RECEIVED[kind]:
-            self._listen(topic)
-        node.create_subscription(DiagnosticArray, '/diagnostics', lambda msg: self.statuses.update(
-            status.name for status in msg.status), 10)
-
-    def send(self, message: Any) -> None:
-        """Publish a message."""
-        publisher, fill = self._publishers[type(message).__name__]
-        if hasattr(message, 'protocol'):
-            self._sent_worlds.add(message.run)
-        publisher.publish(fill(message))
-
-    def wait(self, condition: Callable[[], Any], seconds: float) -> bool:
-        """Spin until a condition is true, at most so many seconds; return whether it is."""
-        end = time.monotonic() + seconds
-        while not condition():
-            left = end - time.monotonic()
-            if left <= 0.0:
-                return False
-            self._executor.spin_once(timeout_sec=min(left, 0.05))
-        return True
-
-    def reset(self) -> bool:
-        """Call the service `reset` of the node, if it has one."""
-        client = self._node.create_client(Trigger, f'{self._name}/reset')
-        try:
-            if not self.wait(client.service_is_ready, 1.0):
-                return False
-            future = client.call_async(Trigger.Request())
-            return self.wait(future.done, FIND_TIME) and future.result().success
-        finally:
-            self._node.destroy_client(client)
-
-    def find(self, name: str) -> str:
-        """
-        Wait for the node to check; return its full name.
-
-        name: that it must have; empty for any.
-
-        Raises
-        ------
-        NoNodeError: if there is none, or more than one.
-
-        """
-        topic = RECEIVED[self._kind][0]
-        def is_found() -> bool:
-            names = self._publisher_names(topic)
-            return name in names if name else bool(names)
-        self.wait(is_found, FIND_TIME)
-        names = self._publisher_names(topic)
-        if len(names) != 1 or name not in ('', names[0]):
-            raise NoNodeError(
-                f'a {self._kind} must be the only publisher on the topic {topic.name}'
-                + (f' and be called {name}' if name else '') + ', got '
-                + (', '.join(names) or 'none') + f' within {FIND_TIME:g} s')
-        self._name = names[0]
-        return self._name
-
-    def common_verdicts(self) -> tuple[Verdict, ...]:
-        """Return the verdicts on rules for all nodes that the graph shows."""
-        wrong = [f'{topic.name}: {info.qos_profile.reliability.name.lower()}, '
-                 f'{info.qos_profile.durability.name.lower()}'
-                 for topic in RECEIVED[self._kind]
-                 for info in self._node.get_publishers_info_by_topic(topic.name)
-                 if full_name(info) == self._name and (
-                     info.qos_profile.reliability, info.qos_profile.durability) != (
-                         ReliabilityPolicy.RELIABLE, DurabilityPolicy.TRANSIENT_LOCAL)]
-        self.wait(self._has_status, STATUS_TIME)
-        return (Verdict('P1', FAIL if wrong else PASS, 'reliable and transient local publishers',
-                        '; '.join(wrong)),
-                Verdict('P12', PASS if self._has_status() else FAIL,
-                        'the status of the node on /diagnostics once a second', 'none'))
-
-    def _has_status(self) -> bool:
-        return any(name.rpartition('/')[2] == self._name.rpartition('/')[2]
-                   for name in self.statuses)
-
-    def _publisher_names(self, topic: Topic) -> list[str]:
-        names = {full_name(info) for info in self._node.get_publishers_info_by_topic(topic.name)}
-        return sorted(name for name in names if UNKNOWN not in name)  # it is found a moment later
-
-    def _listen(self, topic: Topic) -> None:
-        decode, name = decoder(topic), topic.tuple_type.__name__
-
-        def on_message(msg: Any) -> None:
-            values = decode(msg)
-            if name == 'WorldDescription' and values.run in self._sent_worlds:
-                return  # of this check itself
-            self.received[name].append(Received(time.monotonic(), values))
-        self._node.create_subscription(topic.message, topic.name, on_message, topic.qos)
-
-
-def full_name(info: Any) -> str:
-    """Return the full name of the node of an endpoint."""
-    return f'{info.node_namespace.rstrip("/")}/{info.node_name}'
+PLANS: dict[str, Plan] = {
+    'world': check_world.world_plan(), 'mentor': check_mentor.PLAN, 'learner': check_learner.PLAN}
 
 
 def option_parser() -> argparse.ArgumentParser:
@@ -194,68 +54,79 @@ def option_parser() -> argparse.ArgumentParser:
     add = parser.add_argument
     add('kind', choices=tuple(RECEIVED), help='what the node is')
     add('--name', default='', metavar='/NODE', help='full name that the node must have')
+    add('--start', default='', metavar='COMMAND',
+        help=f'starts the node, with the seed in place of {SEED}, and again where a rule is about '
+        'that; without it, the node must run')
     add('--map', default='bar_grid', metavar='NAME|FILE',
         help='world in which a mentor or learner is checked: '
         f'{", ".join(map_names())}, {OTHER_MAPS} (default: %(default)s)')
     add('--seed', type=whole_number, default=0, metavar='K',
-        help='of what this command draws (default: %(default)s)')
+        help='of what this command draws, and of --start (default: %(default)s)')
     add('--only', nargs='+', default=(), metavar='ID', help='rules to report, such as W6')
     add('--junit', type=Path, metavar='FILE', help='write the verdicts as JUnit XML')
+    add('--bags', type=Path, metavar='DIR',
+        help='where the messages of each failure are written (default: runs/check-TIME)')
     return parser
 
 
-def verdict_lines(verdict: Verdict, title: str) -> Iterator[str]:
-    """Yield the lines about a verdict: one, and of a failure what shows it."""
-    weak = ' (SHOULD)' if verdict.result == FAIL and verdict.rule in SHOULD else ''
-    yield f'{verdict.result:12}{verdict.rule:5}{title}{weak}'
-    if verdict.result == FAIL:
-        yield f'{"":17}expected: {verdict.expected}'
-        yield f'{"":17}got: {verdict.got}'
-        for message in verdict.messages:
-            text = repr(message)
-            yield f'{"":17}{text if len(text) <= 300 else text[:297] + "..."}'
-
-
-def write_junit(path: Path, name: str, verdicts: tuple[Verdict, ...],
-                titles: Mapping[str, str]) -> None:
-    """Write the verdicts to a file, each as a test case; raises OSError."""
-    suite = ElementTree.Element('testsuite', name=f'comply_ros check {name}', tests=str(
-        len(verdicts)), failures=str(sum(each.result == FAIL for each in verdicts)), skipped=str(
-            sum(each.result == NOT_REACHED for each in verdicts)))
-    for each in verdicts:
-        case = ElementTree.SubElement(suite, 'testcase', classname=name,
-                                      name=f'{each.rule} {titles[each.rule]}')
-        if each.result == FAIL:
-            failure = ElementTree.SubElement(
-                case, 'failure', message=f'expected {each.expected}, got {each.got}')
-            failure.text = '\n'.join(map(repr, each.messages))
-        elif each.result == NOT_REACHED:
-            ElementTree.SubElement(case, 'skipped', message='not reached')
-    ElementTree.ElementTree(suite).write(path, encoding='utf-8', xml_declaration=True)
-
-
-def checked(channel: RosChannel, options: argparse.Namespace) -> tuple[Verdict, ...]:
+def checked(channel: RosChannel, options: argparse.Namespace, plan: Plan,
+            patience: float = PATIENCE) -> tuple[Verdict, ...]:
     """Return the verdicts on the node of a channel."""
     if options.kind == 'world':
-        found = check_world.WorldCheck(channel, options.seed).run()
-    else:
-        source = read_map(options.map, 'published')
-        check = (check_mentor.MentorCheck if options.kind == 'mentor'
-                 else check_learner.LearnerCheck)
-        found = check(source, channel, options.seed).run()
-    return (*channel.common_verdicts(), *found)
+        return check_world.WorldCheck(channel, options.seed, plan, patience).run()
+    check: Any = (check_mentor.MentorCheck if options.kind == 'mentor'
+                  else check_learner.LearnerCheck)
+    source = read_map(options.map, 'published')
+    return check(source, channel, options.seed, plan, patience).run()
+
+
+def failure_bags(channel: RosChannel, options: argparse.Namespace,
+                 verdicts: Sequence[Verdict]) -> Iterator[tuple[str, FailureBag]]:
+    """Shorten the transcript of each failure and write it; yield its rule and its bag."""
+    folder = options.bags or Path(time.strftime('runs/check-%Y-%m-%d-%H-%M-%S'))
+    failures = sorted((each for each in verdicts if each.result == FAIL and each.transcript),
+                      key=lambda each: each.rule in SHOULD)
+    for number, verdict in enumerate(failures):
+        end = time.monotonic() + SHORTENING_TIME
+
+        def check(shorter: Plan, end: float = end) -> Sequence[Verdict]:
+            if time.monotonic() > end:
+                return ()
+            return checked(channel, options, shorter, SHORT_PATIENCE)
+        shortest = verdict
+        if number < MOST_SHORTENED:
+            print(f'check: repeats what broke {verdict.rule}, to shorten it', file=sys.stderr)
+            shortest = shortest_failure(verdict, PLANS[options.kind], check)
+        yield verdict.rule, write_bag(folder / verdict.rule, options.kind,
+                                      shortest.transcript, channel.namespace)
 
 
 @contextmanager
-def ros_channel(kind: str, arguments: Sequence[str]) -> Iterator[RosChannel]:
-    """Give a channel, with ROS started. arguments: those of ROS, such as a namespace."""
+def ros_channel(options: argparse.Namespace, arguments: Sequence[str]) -> Iterator[RosChannel]:
+    """Give a channel to the node, with ROS started. arguments: those of ROS, as a namespace."""
     start_rclpy(['check', *arguments])
     node = rclpy.create_node('check')
+    started = StartedNode(options.start) if options.start else None
+    with interrupts() as stop:
+        try:
+            channel = RosChannel(node, options.kind, stop, started, options.seed)
+            if started:
+                _start(started, options)
+            channel.find(options.name)
+            yield channel
+        finally:
+            if started:
+                started.end()
+            node.destroy_node()
+            rclpy.try_shutdown()
+
+
+def _start(started: StartedNode, options: argparse.Namespace) -> None:
     try:
-        yield RosChannel(node, kind)
-    finally:
-        node.destroy_node()
-        rclpy.try_shutdown()
+        started.start(options.seed)
+    except (OSError, ValueError) as error:
+        raise NoNodeError(f'--start must be a command that can be run, got {options.start!r} '
+                          f'({error})') from None
 
 
 def main(argv: list[str]) -> int:
@@ -267,24 +138,34 @@ def main(argv: list[str]) -> int:
     for rule in options.only:
         if rule not in titles:
             parser.error(f'argument --only must be of {", ".join(titles)}, got {rule!r}')
-    try:
-        with ros_channel(options.kind, argv[end:]) as channel:
-            name = channel.find(options.name)
-            verdicts = checked(channel, options)
-    except (MapError, NoNodeError, RosStartError) as error:
-        return _failed(str(error))
-    verdicts = tuple(each for each in verdicts if not options.only or each.rule in options.only)
+    return guarded('check', (MapError, NoNodeError, RosStartError),
+                   lambda: _check(options, argv[end:], titles))
+
+
+def _check(options: argparse.Namespace, arguments: Sequence[str],
+           titles: Mapping[str, str]) -> int:
+    """Check the node, print and write the verdicts; return the exit code."""
+    with ros_channel(options, arguments) as channel:
+        found = checked(channel, options, PLANS[options.kind])
+        verdicts = tuple(each for each in (*common_verdicts(channel, options.kind), *found)
+                         if not options.only or each.rule in options.only)
+        bags = dict(failure_bags(channel, options, verdicts))
+    return _report(options, channel.name, verdicts, titles, bags)
+
+
+def _report(options: argparse.Namespace, name: str, verdicts: tuple[Verdict, ...],
+            titles: Mapping[str, str], bags: Mapping[str, FailureBag]) -> int:
+    """Print and write the verdicts; return the exit code."""
+    from comply_ros.terminal.console import console
     for verdict in verdicts:
-        print('\n'.join(verdict_lines(verdict, titles[verdict.rule])))
+        for line in verdict_lines(verdict, titles[verdict.rule], console.width,
+                                  bags.get(verdict.rule)):
+            print(line)
     if options.junit:
         try:
-            write_junit(options.junit, name, verdicts, titles)
+            write_junit(options.junit, name, verdicts, titles, bags)
         except OSError as error:
-            return _failed(f'{options.junit} cannot be written ({error.strerror})')
+            print(f'check: {options.junit} cannot be written ({error.strerror})', file=sys.stderr)
+            return 2
     print(summary(f'{options.kind} {name}', verdicts))
     return int(breaks_a_must(verdicts))
-
-
-def _failed(sentence: str) -> int:
-    print(f'check: {sentence}', file=sys.stderr)
-    return 2

@@ -7,32 +7,30 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 import fcntl
 import os
 from pathlib import Path
-import shutil
 import sys
 import tempfile
 import time
-from typing import Any
+from typing import Any, NamedTuple
 
 from numpy.typing import NDArray
 import rclpy
-from rclpy.exceptions import NameValidationException
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.validate_full_topic_name import validate_full_topic_name
-from rclpy.validate_namespace import validate_namespace
 
 from comply_ros.learner.learner_config import ConfigError
-from comply_ros.nodes.lesson_parameters import NODES, STATE, world_node, write_parameters
-from comply_ros.nodes.node_processes import (
-    NodeDied,
-    NodeProcess,
-    parameter_arguments,
-    run_nodes,
+from comply_ros.nodes.external_node import (
+    external_world,
+    find_external,
+    in_external_world,
+    with_external,
 )
+from comply_ros.nodes.lesson_processes import check_namespace, PARTS, running
+from comply_ros.nodes.node_processes import NodeDied, NodeProcess
 from comply_ros.nodes.parameters import FASTEST, SLOWEST
 from comply_ros.nodes.ros_start import RosStartError, start_rclpy
 from comply_ros.nodes.run_monitor import LessonFailed, RunMonitor
 from comply_ros.nodes.spin import POLL_PERIOD
 from comply_ros.nodes.topics import ANOTHER
+from comply_ros.protocol.iteration_counter import IterationCounter
 from comply_ros.storage.learning_file import read_learning
 from comply_ros.storage.mentor_cache import mentor_policy
 from comply_ros.terminal.command_line import real_number
@@ -46,7 +44,6 @@ from comply_ros.terminal.training_options import (
 from comply_ros.world.mdp import World
 from comply_ros.world.reference_returns import AnyReturns, reference_returns
 
-LONGEST_NAME = 'grid_world/set_parameters_atomically'  # of a topic or service in a lesson
 SAVE_TIMEOUT = 10.0  # seconds after which a learner that does not answer is asked again to save
 DISCOVERY = 0.5  # seconds in which most other nodes on the same topics are found
 DISCOVERY_WITH_RESPAWN = 1.0  # as long, where those that are found later are not known as others
@@ -54,6 +51,26 @@ OTHER_MENTORS = ('another mentor speaks: the learner uses the advice of both, an
                  'options need not give the same bits')
 TAKEN = ('other nodes publish on the topics of this lesson: end them, or give this one a '
          '--namespace of its own')
+
+
+class LessonResults(NamedTuple):
+    """
+    What a lesson has found out.
+
+    Attributes
+    ----------
+    options: those of the lesson, with what an external node brought.
+    reference: returns of the world.
+    advice: that of the mentor, None where an external one did not publish it.
+    outcome: arguments of `summarize`.
+
+    """
+
+    options: TrainingOptions
+    reference: AnyReturns
+    advice: NDArray[Any] | None
+    outcome: dict[str, Any]
+
 
 # Called with the processes: a context in which they learn, as `tools/chaos.py` has one.
 Disturbance = Callable[[list[NodeProcess]], AbstractContextManager[None]]
@@ -66,6 +83,9 @@ def lesson_parser() -> argparse.ArgumentParser:
                         help='of the three nodes, for a second lesson at the same time')
     parser.add_argument('--rate', type=real_number, default=0.0, metavar='HZ',
                         help='steps per second, to watch; 0: as fast as possible (default)')
+    parser.add_argument('--external', choices=PARTS, default='', metavar='PART',
+                        help='world, mentor or learner: do not start it, but find the one that '
+                        'runs on these topics')
     parser.add_argument('--respawn', action='store_true',
                         help='start a node again that was killed: nothing is lost')
     return parser
@@ -83,36 +103,20 @@ def run(options: TrainingOptions) -> int:
                           f'got {options.args.rate:g}')
     check_namespace(options.args.namespace)
     try:
-        reference, advice, outcome = run_lesson(options)
+        results = run_lesson(options)
     except (NodeDied, LessonFailed) as failure:
         print(f'lesson: {failure}', file=sys.stderr)
         return 1
     from comply_ros.terminal.run_report import plot_here, report_training
+    options, reference, advice, outcome = results
     report_training(options, options.out, reference, advice, [outcome], plot_here)
     return 0
 
 
-def check_namespace(name: str) -> None:
-    """Return if the nodes of a lesson can have this namespace; raises ConfigError."""
-    full = f'/{name.strip("/")}'
-    try:
-        validate_namespace(full)
-        validate_full_topic_name(f'{full.rstrip("/")}/{LONGEST_NAME}')
-    except NameValidationException as error:
-        reason = str(error).partition('\n')[0].rstrip(':')
-        raise ConfigError(f'--namespace must be a name that ROS nodes can have, got {name!r}: '
-                          f'{reason}') from None
-
-
-def namespace_arguments(name: str) -> list[str]:
-    """Return the ROS arguments of a node in a namespace, none for ''."""
-    return ['-r', f'__ns:=/{name.strip("/")}'] if name.strip('/') else []
-
-
 def run_lesson(options: TrainingOptions, disturbance: Disturbance = lambda _: nullcontext(),
-               ) -> tuple[AnyReturns, NDArray[Any], dict[str, Any]]:
+               ) -> LessonResults:
     """
-    Return reference returns of the world, the mentor's advice, and the outcome of a lesson.
+    Return what a lesson has found out.
 
     The processes start at once, but make their nodes only when no other nodes are found on the
     topics of the lesson: loading, planning and discovery take their time together. Other nodes
@@ -125,13 +129,27 @@ def run_lesson(options: TrainingOptions, disturbance: Disturbance = lambda _: nu
     start_rclpy(['lesson', '--ros-args', '--enclave', '/lesson'])
     try:
         with interrupts() as stop, lock_topics(options.args.namespace):
-            monitor = RunMonitor(options.args.namespace, options.source)
+            monitor, options = _monitor(options, stop)
             discovered = time.monotonic() + (  # from when there is a node to discover
                 DISCOVERY_WITH_RESPAWN if options.args.respawn else DISCOVERY)
             with running(options, held=True) as monitor.processes:
                 return _start_and_watch(options, monitor, discovered, stop, disturbance)
     finally:
         rclpy.try_shutdown()
+
+
+def _monitor(options: TrainingOptions, stop: StopFlag) -> tuple[RunMonitor, TrainingOptions]:
+    """Return the monitor of a lesson, and its options in the world that an external node has."""
+    external, namespace = options.args.external, options.args.namespace
+    if external == 'world':
+        msg = external_world(namespace, lambda: check(stop))
+        options = in_external_world(options, msg)
+        monitor = RunMonitor(namespace, options.source, external)
+        monitor.own_run = msg.run
+        return monitor, options
+    counter = IterationCounter(options.config.iterations, options.config.episodes) \
+        if external == 'learner' else None
+    return RunMonitor(namespace, options.source, external, counter), options
 
 
 def _start_and_watch(options, monitor, discovered, stop, disturbance):
@@ -153,6 +171,9 @@ def _start_and_watch(options, monitor, discovered, stop, disturbance):
                 process.check()
             if monitor.most_publishers() > 0:
                 raise LessonFailed(TAKEN)
+        if options.args.external:
+            name = find_external(monitor, executor, options.args.external, lambda: check(stop))
+            options = with_external(options, options.args.external, name)
         reference = plan.result()
         bar.update(task, now='starts the nodes')
         for process in monitor.processes:
@@ -162,8 +183,10 @@ def _start_and_watch(options, monitor, discovered, stop, disturbance):
                                     lambda text: bar.update(task, now=text),
                                     lambda text: bar.console.print(text, soft_wrap=True,
                                                                    markup=False))
-    policy = read_learning(options.out / 'learning.npz').policy
-    return reference, advice, {**outcome, 'policy_return': reference.return_of(policy)}
+    file, policy_return = options.out / 'learning.npz', None
+    if outcome['digest'] is not None:
+        policy_return = reference.return_of(read_learning(file).policy)
+    return LessonResults(options, reference, advice, {**outcome, 'policy_return': policy_return})
 
 
 @contextmanager
@@ -183,21 +206,9 @@ def lock_topics(namespace: str) -> Generator[None, None, None]:
         yield
 
 
-def running(options: TrainingOptions, held: bool = False,
-            ) -> AbstractContextManager[list[NodeProcess]]:
-    """Run the three nodes as processes that end with the block, whatever happens in it."""
-    arguments = ['--params-file', str(write_parameters(options))]
-    shutil.rmtree(options.out / STATE, ignore_errors=True)  # of an earlier lesson
-    arguments += namespace_arguments(options.args.namespace)
-    if options.args.rate:
-        arguments += parameter_arguments({'rate': options.args.rate})
-    names = (world_node(options), *NODES[1:])
-    return run_nodes(dict.fromkeys(names, arguments), options.out, held)
-
-
 def watch(options: TrainingOptions, monitor: RunMonitor, executor: SingleThreadedExecutor,
           stop: StopFlag, show: Callable[[str], Any],
-          show_line: Callable[[str], Any]) -> tuple[NDArray[Any], dict[str, Any]]:
+          show_line: Callable[[str], Any]) -> tuple[NDArray[Any] | None, dict[str, Any]]:
     """Return the mentor's advice and the outcome, when the learner has finished and saved."""
     def spin_until(is_reached: Callable[[], bool]) -> None:
         while not is_reached():
@@ -225,16 +236,18 @@ def watch(options: TrainingOptions, monitor: RunMonitor, executor: SingleThreade
     others, needs_mentor = 0, options.config.needs_mentor()
     spin_until(lambda: monitor.finished and (options.args.respawn or monitor.own_run_known))
     seconds, response = monitor.seconds(), None
-    while response is None or response.message.startswith(ANOTHER):  # of another learner
+    saves = options.args.external != 'learner' or monitor.can_save
+    while saves and (response is None or response.message.startswith(ANOTHER)):  # of another one
         future = monitor.save((options.out / 'learning.npz').resolve())
         end = time.monotonic() + SAVE_TIMEOUT  # it may have been killed meanwhile
         spin_until(lambda: future.done() or time.monotonic() > end)
         response = future.result()
-    if not response.success:
+    if response and not response.success:
         raise LessonFailed(f'the learner could not save: {response.message}')
-    advice = monitor.advice if not others else mentor_policy(
-        options.spec, World(options.source), options.mentor_seed)  # any of them may have published
+    advice = monitor.advice
+    if others and options.args.external != 'mentor':  # any of them may have published
+        advice = mentor_policy(options.spec, World(options.source), options.mentor_seed)
     return advice, {
         'seed': options.seed, 'returns': [msg.mean_return for msg in monitor.progress],
-        'steps': monitor.progress[-1].steps, 'wall_seconds': seconds, 'digest': response.digest,
-        'other_mentors': others}
+        'steps': monitor.progress[-1].steps, 'wall_seconds': seconds,
+        'digest': response.digest if response else None, 'other_mentors': others}

@@ -40,8 +40,9 @@ def write_parameters(options: TrainingOptions) -> Path:
     mentor = f'{kind}:{absolute_path(value)}' if kind in FROM_FILES else options.mentor
     initial = absolute_path(options.initial_learning) if options.initial_learning else ''
     state = {'state_dir': str((options.out / STATE).resolve())} if options.args.respawn else {}
-    parameters = {
-        world_node(options): {**world_parameters(options), 'seed': options.seed, **state},
+    parameters = {} if options.args.external == 'world' else {
+        world_node(options): {**world_parameters(options), 'seed': options.seed, **state}}
+    parameters |= {
         'mentor': {'mentor': mentor, 'seed': options.mentor_seed, 'budget': options.budget,
                    'advising': options.advising, **state},
         'learner': {'method': options.method, 'profile': options.profile, 'seed': options.seed,

@@ -17,6 +17,7 @@ from comply_ros.nodes.diagnostics import INACTIVE, OK, process_name, RUN, TOPIC
 from comply_ros.nodes.node_processes import NodeProcess
 from comply_ros.nodes.parameter_node import SafeParameterNode
 from comply_ros.nodes.topics import (
+    EPISODE,
     MENTOR_POLICY,
     MessageError,
     PROGRESS,
@@ -26,7 +27,8 @@ from comply_ros.nodes.topics import (
     Topic,
     WORLD,
 )
-from comply_ros.protocol.messages import Policy, Progress, REPORTS, WorldDescription
+from comply_ros.protocol.iteration_counter import IterationCounter
+from comply_ros.protocol.messages import Episode, Policy, Progress, REPORTS, WorldDescription
 from comply_ros.protocol.run_view import is_possible_progress, RunReports
 from comply_ros.protocol.world_description import world_from_description
 from comply_ros.world.mdp import Source, World
@@ -49,10 +51,20 @@ class RunMonitor(SafeParameterNode):
 
     The run of the lesson is the first whose world fits the map and in which a learner reports an
     iteration. No clock of another machine has a say in it.
+
+    Parameters
+    ----------
+    namespace: of the lesson.
+    source: its world.
+    external: the part that the lesson does not start, '' for none.
+    counter: counts the iterations of an external learner, which need not report any.
+
     """
 
-    def __init__(self, namespace: str, source: Source) -> None:
+    def __init__(self, namespace: str, source: Source, external: str = '',
+                 counter: IterationCounter | None = None) -> None:
         super().__init__('lesson', namespace=namespace)
+        self._external, self._counter = external, counter
         self.progress: list[Progress] = []  # one for each iteration, without gaps
         self.on_progress: Callable[[Progress], Any] = lambda msg: None  # called with each
         self.processes: list[NodeProcess] = []  # whose health is read
@@ -60,19 +72,20 @@ class RunMonitor(SafeParameterNode):
         self._other_mentors: set[str] = set()  # processes of other mentors, as they were heard
         self._world = World(source)
         self._run: int | None = None
-        self._own_run: int | None = None  # the first of the world of the lesson, by its status
+        self.own_run: int | None = None  # the first of the world of the lesson, by its status
         # By run: what is known of those whose world fits, or whose world may still come, and the
         # times at which the world and the first advice arrived.
         self._reports: dict[int, RunReports] = {}
         self._worlds: dict[int, float] = {}
         self._advised: dict[int, float] = {}
+        self._episodes: deque[Episode] = deque()
         self._early: deque[Progress] = deque(maxlen=REPORTS)  # of runs without a world yet
         self._pace: deque[tuple[float, int]] = deque(maxlen=RATE_ITERATIONS)
         self._topics: dict[str, Any] = {}
         self._iterations_before = 0
         self._first_progress = 0.0
         self._subscribe(WORLD, self._on_world)
-        self._subscribe(PROGRESS, self._on_progress)
+        self._subscribe_to_iterations()
         self._subscribe(MENTOR_POLICY, self._on_policy)
         steady_timer(self, STALE, self._request_again)
         self.create_subscription(DiagnosticArray, TOPIC, self._on_diagnostics, 10)
@@ -81,24 +94,24 @@ class RunMonitor(SafeParameterNode):
     @property
     def finished(self) -> bool:
         """Whether the learner has reported its last iteration, and the advice is known."""
-        return bool(self.progress) and self.progress[-1].finished and self._run in self._advised
+        return bool(self.progress) and self.progress[-1].finished and (
+            self._run in self._advised or self._external == 'mentor')
 
     @property
     def own_run_known(self) -> bool:
         """Whether the world of the lesson has said which run it has."""
-        return self._own_run is not None
+        return self.own_run is not None
 
     @property
     def follows_another_world(self) -> bool:
         """Whether the learner has learned in the world of others, which was heard first."""
-        return None not in (self._run, self._own_run) and self._run != self._own_run
+        return None not in (self._run, self.own_run) and self._run != self.own_run
 
     @property
-    def advice(self) -> NDArray[Any]:
-        """`advice[s]` that the mentor published in the run of the lesson."""
-        advice = self._reports[self.progress[0].run].mentor_policy
-        assert advice is not None
-        return advice
+    def advice(self) -> NDArray[Any] | None:
+        """`advice[s]` that the mentor published in the run; None where an external one did not."""
+        reports = self._reports.get(self.progress[0].run)
+        return reports.mentor_policy if reports else None
 
     def seconds(self) -> float:
         """
@@ -107,7 +120,7 @@ class RunMonitor(SafeParameterNode):
         Since the world was there, if the mentor's policy came after the first iteration.
         """
         run = self.progress[0].run
-        begin = max(self._worlds[run], self._advised[run])
+        begin = max(self._worlds[run], self._advised.get(run, 0.0))
         return time.monotonic() - (begin if begin <= self._first_progress else self._worlds[run])
 
     def rate(self) -> float | None:
@@ -117,12 +130,19 @@ class RunMonitor(SafeParameterNode):
 
     def save(self, path: Path) -> Future:
         """Ask the learner of this lesson to write what it learned; return the future response."""
-        return self._save.call_async(
-            Save.Request(path=str(path), steps=self.progress[-1].steps))
+        steps = 0 if self._external == 'learner' else self.progress[-1].steps  # 0: not compared
+        return self._save.call_async(Save.Request(path=str(path), steps=steps))
+
+    @property
+    def can_save(self) -> bool:
+        """Whether there is a learner that writes what it learned."""
+        return self._save.service_is_ready()
 
     def most_publishers(self) -> int:
-        """Return the largest number of publishers on a topic of a lesson."""
-        return max(self.count_publishers(topic.name) for topic in (WORLD, PROGRESS))
+        """Return the largest number of publishers on a topic of what the lesson starts."""
+        topics = {'world': WORLD, 'learner': PROGRESS}
+        return max(self.count_publishers(topic.name) for part, topic in topics.items()
+                   if part != self._external)
 
     def other_mentors(self, respawns: bool) -> int:
         """
@@ -137,6 +157,8 @@ class RunMonitor(SafeParameterNode):
         """Remember a status of another node `mentor` in the namespace of the lesson."""
         own = {process_name(pid) for process in self.processes for pid in process.pids}
         name = f'{self.get_namespace()}/{MENTOR}'.lstrip('/')
+        if self._external == MENTOR:
+            return  # it may have any name
         if status.name == name and status.hardware_id not in own:
             self._other_mentors.add(status.hardware_id)
 
@@ -155,12 +177,26 @@ class RunMonitor(SafeParameterNode):
         self._topics[topic.name] = self.create_subscription(
             topic.message, topic.name, callback, topic.qos, raw=True)
 
+    def _subscribe_to_iterations(self) -> None:
+        counter = self._counter
+        if counter is None:
+            self._subscribe(PROGRESS, self._on_progress)
+            return
+
+        def on_episode(msg: Episode) -> None:
+            self._episodes.append(msg)  # until it is known which run is that of the lesson
+            while self.own_run is not None and self._episodes:
+                each = self._episodes.popleft()
+                if each.run == self.own_run and (progress := counter.add(each)):
+                    self._on_progress(progress)
+        self._subscribe(EPISODE, on_episode)
+
     def _request_again(self) -> None:
         """Subscribe again where nothing came for a while: a crowd may have pushed it out."""
         if self._worlds and self._run not in self._advised:
             self._subscribe(MENTOR_POLICY, self._on_policy)
         if self._worlds and len(self.progress) == self._iterations_before:
-            self._subscribe(PROGRESS, self._on_progress)
+            self._subscribe_to_iterations()
         self._iterations_before = len(self.progress)
 
     def _on_world(self, msg: WorldDescription) -> None:
@@ -217,9 +253,9 @@ class RunMonitor(SafeParameterNode):
             name = names.get(status.hardware_id)
             if name is None:
                 continue
-            for each in status.values if self._own_run is None else ():
+            for each in status.values if self.own_run is None else ():
                 if each.key == RUN:
-                    self._own_run = int(each.value)
+                    self.own_run = int(each.value)
             if status.message.startswith(INACTIVE):
                 raise LessonFailed(f'{name} {status.message}')
             self.unwell.pop(name, None)

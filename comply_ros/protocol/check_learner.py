@@ -3,175 +3,212 @@
 
 from __future__ import annotations
 
-from comply_ros.protocol.messages import Action, ANYONE, Recommendation, StateReward
+from collections.abc import Callable
+
+from comply_ros.protocol.check_following import FollowingCheck
+from comply_ros.protocol.check_following import RULES as FOLLOWING
+from comply_ros.protocol.learner_answers import LearnerAnswers
+from comply_ros.protocol.learner_answers import RULES as ANSWERS
+from comply_ros.protocol.learner_replays import LearnerReplays
+from comply_ros.protocol.learner_replays import RULES as REPLAYS
+from comply_ros.protocol.messages import Action, Recommendation, StateReward
+from comply_ros.protocol.plan_shortening import Plan
 from comply_ros.protocol.played_world import other_number, PlayedWorld
 from comply_ros.protocol.rule_report import Channel, PATIENCE, QUIET, RuleReport, Verdict
-from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import Source
 
-RULES = {
-    'P3': 'actions belong to an observation', 'P5': 'other protocols are rejected',
-    'P9': 'a reset of the world is followed', 'L1': 'one number, which is not 0',
-    'L2': 'one run is answered', 'L3': 'one action for each new observation',
-    'L4': 'the same action for a repeated one', 'L5': 'earlier observations are ignored',
-    'L6': 'those of another learner are not answered',
-    'L7': 'actions and confidences are possible',
-    'L8': 'the end of an episode needs no advice', 'L11': 'later advice changes nothing',
-    'L13': 'no step is skipped', 'L17': 'the learner is described'}
-STEPS = 80  # observations that the learner has to answer in a run
+RULES = {'P3': ANSWERS['P3'], **FOLLOWING, **{rule: title for rule, title in sorted(
+    {**ANSWERS, **REPLAYS, 'L2': 'one run is answered', 'L4': 'the same action for a repeated one',
+     'L5': 'earlier observations are ignored',
+     'L6': 'those of another learner are not answered',
+     'L9': 'a repetition is answered while it waits',
+     'L10': 'advice counts only for an observation', 'L11': 'later advice changes nothing',
+     'L12': 'a learner that joins late waits for a repetition',
+     'L13': 'no step is skipped'}.items(),
+    key=lambda each: (each[0][0] == 'L', int(each[0][1:]))) if rule != 'P3'}}
+# Eighty observations with some disturbances, then other runs and worlds.
+PLAN: Plan = (
+    'answer', 'digest', *('without advice', 'answer') * 4, 'repeat', *('answer',) * 5, 'late',
+    *('answer',) * 5, 'other run', *('answer',) * 5, 'other learner', *('answer',) * 5,
+    *('advise again', 'answer') * 3, *('skip', 'answer') * 4, *('answer',) * 6, 'repeat',
+    *('answer',) * 24, 'reset', *('answer',) * 10, 'keeps', 'answer', 'join', 'answer', 'early',
+    'second world', 'other protocol', 'same transcript', 'joined reward', 'faults')
 
 
 class LearnerCheck:
     """
-    Lets a learner act in one run, disturbs it, resets, and lets it act again.
+    Lets a learner act in one run, disturbs it, resets, and lets it act in other runs.
 
     Parameters
     ----------
     source: the world of the check; it needs a model.
     channel: to the learner.
     seed: of the world.
+    plan: what to do.
+    patience: seconds that an answer may take.
 
     """
 
-    def __init__(self, source: Source, channel: Channel, seed: int = 0) -> None:
-        self._channel = channel
+    def __init__(self, source: Source, channel: Channel, seed: int = 0, plan: Plan = PLAN,
+                 patience: float = PATIENCE) -> None:
+        self._channel, self._plan, self._patience = channel, plan, patience
         self._played = PlayedWorld(source, channel, Action, seed)
-        self._number: int | None = None
-        self.report = RuleReport(RULES)
+        self.report = RuleReport(RULES, channel)
+        self._answers = LearnerAnswers(self._played, channel, self.report, patience)
+        following = FollowingCheck(self._played, channel, self.report, self._answers.advise,
+                                   patience)
+        replays = LearnerReplays(self._played, channel, self.report, self._answers, seed)
+        self._last: StateReward | None = None  # the observation that was answered last
+        self._items: dict[str, Callable[[], object]] = {
+            'answer': self._answer, 'without advice': self._check_without_advice,
+            'repeat': self._repeat, 'late': self._send_late, 'other run': self._send_of_other_run,
+            'other learner': self._send_for_other_learner, 'advise again': self._advise_again,
+            'skip': self._skip_a_step, 'reset': following.reset, 'digest': replays.note_digest,
+            'keeps': replays.check_keeps,
+            'join': self._join, 'early': following.early, 'second world': following.second_world,
+            'other protocol': following.other_protocol,
+            'same transcript': replays.check_same_transcript,
+            'joined reward': replays.check_joined_reward, 'faults': replays.check_faults}
 
     def run(self) -> tuple[Verdict, ...]:
         """Check the learner; return a verdict on each rule."""
-        played = self._played
-        played.describe()
-        before = {26: self._send_for_other_learner, 38: self._skip_a_step}
-        after = {8: self._repeat, 14: self._send_late, 20: self._send_of_other_run,
-                 32: self._advise_again, 50: self._repeat}
-        for number in range(STEPS):
-            observation = played.observation
-            if number in before:
-                before[number](observation)
-            action = self._check_answer(observation)
-            if action is None:
+        self._played.describe()
+        for self.report.item, item in enumerate(self._plan):
+            if self._items[item]() is False:
                 break
-            if number in after:
-                after[number](observation)
-            played.machine.on_action(action)
-            if not self.report.check(
-                    'L7', played.observation != observation, 'an action that the world accepts',
-                    f'action {action.action}', observation, action):
-                break
-        else:
-            self._check_reset()
-            self._check_silent(played.describe_other_protocol(), 'P5',
-                               'no action in a world of another protocol')
-        self._check_whole_run()
+        self._answers.check_whole_run()
         return self.report.verdicts()
 
-    def _check_answer(self, observation: StateReward) -> Action | None:
-        """Publish an observation and its recommendation; return the checked answer, or None."""
+    def _answer(self) -> bool:
+        """Publish the open observation with advice, check the answer, move by it."""
+        observation = self._played.observation
         self._played.publish(observation)
-        rule, expected = 'L3', 'an action for each new observation'
-        if observation.terminated:
-            rule, expected = 'L8', 'an action where it is terminated, without a recommendation'
-        else:
-            self._channel.send(self._advice(observation))
-        answered = self._played.wait(observation, PATIENCE)
-        if not self.report.check(rule, answered, expected, f'none within {PATIENCE:g} s',
-                                 observation):
-            return None
-        action: Action = self._played.answers(observation)[0]
-        self._check_action(observation, action)
-        return action
+        if not observation.terminated:
+            self._answers.advise(observation)
+        return self._move(observation)
 
-    def _advice(self, observation: StateReward) -> Recommendation:
-        return Recommendation(*observation[:4], int(self._played.best[observation.state]))
+    def _move(self, observation: StateReward) -> bool:
+        """Wait for the answer to an observation, check it, move by it; return False without."""
+        action = self._answers.checked(observation)
+        self._last = observation
+        return action is not None and self._answers.move(action)
 
-    def _check_action(self, observation: StateReward, action: Action) -> None:
-        check, world = self.report.check, self._played.world
-        over = observation.terminated or observation.truncated
-        possible = action.action == NO_ACTION if over else (
-            0 <= action.action < world.n_actions
-            and world.available[observation.state, action.action])
-        check('L7', possible, 'NONE where the episode is over, else an action that the state has',
-              f'action {action.action} in state {observation.state}', observation, action)
-        check('L7', 0.0 <= action.confidence <= 1.0, 'a confidence in [0, 1]', action.confidence,
-              observation, action)
-        if self._number is None:
-            self._number = action.learner
-        check('L1', action.learner == self._number != ANYONE, 'one number, which is not 0',
-              action.learner, action)
+    def _check_without_advice(self) -> bool:
+        """Hold the advice in a new state back: a learner that waits for it waits for no other."""
+        observation, before, played = self._played.observation, self._last, self._played
+        if observation.terminated or observation.truncated or before is None \
+                or self._answers.was_advised(observation.state):
+            return self._answer()
+        played.publish(observation)
+        if played.wait(observation, QUIET):
+            return self._move(observation)  # it does not wait
+        self._send_wrong_advice(observation)
+        if not before.terminated:
+            self._check_answer_while_waiting(observation, before)
+        self._answers.advise(observation)
+        return self._move(observation)
 
-    def _repeat(self, observation: StateReward) -> None:
-        self._check_same(observation, 'L4', 'the same action again, when an observation is '
-                         'repeated')
+    def _send_wrong_advice(self, observation: StateReward) -> None:
+        right = self._answers.advice(observation)
+        other = other_number(observation.run)
+        for wrong in (right._replace(step=right.step + 1), right._replace(run=other),
+                      right._replace(state=self._last.state if self._last else 0)):
+            if wrong[:4] != right[:4]:
+                self._channel.send(wrong)
+                self._channel.wait(lambda: self._played.answers(observation), QUIET)
+                self.report.check(
+                    'L10', not self._played.answers(observation), 'no action on a recommendation '
+                    'for another run, step or state', 'an action', observation, wrong,
+                    *self._played.answers(observation))
+
+    def _check_answer_while_waiting(self, observation: StateReward, before: StateReward) -> None:
+        """Repeat an observation that waits for advice: the action before must come again."""
+        played, count = self._played, len(self._played.answers(before))
+        played.publish(observation)
+        came = self._channel.wait(lambda: len(played.answers(before)) > count
+                                  or played.answers(observation), self._patience)
+        played.allow_answer(before)
+        self.report.check('L9', came, 'the last action again, while it waits for a recommendation '
+                          'and the observation is repeated', f'none within {self._patience:g} s',
+                          before, observation)
+
+    def _repeat(self) -> bool:
+        if self._answer() and self._last:
+            self._check_same(self._last, 'L4', 'the same action again, when an observation is '
+                             'repeated')
+            return True
+        return False
 
     def _check_same(self, observation: StateReward, rule: str, expected: str) -> None:
-        """Publish an observation again: the answer must be that of before."""
+        """Publish the last observation again: the answer must be that of before."""
         before = self._played.answers(observation)
         self._played.publish(observation)
-        again = self._played.wait(observation, PATIENCE, len(before) + 1)
+        again = self._played.wait(observation, self._patience, len(before) + 1)
         last = self._played.answers(observation)[-1]
+        if rule == 'L11' and not again:
+            return  # as L4 says
         self.report.check(rule, again and last == before[0], expected, last if again else
-                          f'none within {PATIENCE:g} s', observation, before[0], last)
+                          f'none within {self._patience:g} s', observation, before[0], last)
 
-    def _check_silent(self, observation: StateReward, rule: str, expected: str) -> None:
-        """Publish an observation that must not be answered."""
+    def _check_silent(self, observation: StateReward, rule: str, expected: str) -> bool:
+        """Publish an observation that must not be answered; return whether it is not."""
         count = len(self._played.answers(observation))
         self._played.publish(observation)
+        if not observation.terminated:
+            self._answers.advise(observation)
         answered = self._played.wait(observation, QUIET, count + 1)
-        self.report.check(rule, not answered, expected, 'an action', observation,
-                          *self._played.answers(observation)[count:])
+        return self.report.check(
+            rule, not answered, expected, 'an action', observation,
+            *self._played.answers(observation)[count:])
 
-    def _send_late(self, observation: StateReward) -> None:
-        run, episode, step = self._played.published_before(observation)
-        self._check_silent(observation._replace(run=run, episode=episode, step=step), 'L5',
-                           'no action for an observation before the last one')
+    def _send_late(self) -> None:
+        before = self._last and self._played.published_before(self._last)
+        if self._last and before:
+            self._check_silent(self._last._replace(episode=before[1], step=before[2]), 'L5',
+                               'no action for an observation before the last one')
 
-    def _send_of_other_run(self, observation: StateReward) -> None:
-        self._check_silent(
-            observation._replace(run=other_number(observation.run), step=observation.step + 1),
-            'L2', 'no action in a run that nobody has described')
+    def _send_of_other_run(self) -> None:
+        self._check_silent(self._played.observation._replace(run=self._played.new_run()),
+                           'L2', 'no action in a run that nobody has described')
 
-    def _send_for_other_learner(self, observation: StateReward) -> None:
-        assert self._number is not None
-        self._check_silent(observation._replace(learner=other_number(self._number)), 'L6',
-                           'no action for a new observation of another learner')
+    def _send_for_other_learner(self) -> None:
+        number, observation = self._answers.number, self._played.observation
+        if number is not None:
+            self._check_silent(observation._replace(learner=other_number(number)), 'L6',
+                               'no action for a new observation of another learner')
 
-    def _skip_a_step(self, observation: StateReward) -> None:
-        self._check_silent(observation._replace(step=observation.step + 2), 'L13',
-                           'no action for an observation that skips a step')
+    def _skip_a_step(self) -> bool:
+        """Publish the open observation with a later step; return whether it is not answered."""
+        here = self._played.observation
+        if not here.step or here.terminated or here.truncated \
+                or here.step + 2 >= self._played.world.step_limit:
+            return True
+        return self._check_silent(here._replace(step=here.step + 2), 'L13',
+                                  'no action for an observation that skips a step')
 
-    def _advise_again(self, observation: StateReward) -> None:
+    def _advise_again(self) -> None:
         """Recommend something else after the answer: the answer must stay."""
-        advice = self._advice(observation)
+        observation = self._last
+        if observation is None or observation.terminated:
+            return
+        advice: Recommendation = self._answers.advice(observation)
         available = self._played.world.available[observation.state].nonzero()[0].tolist()
         others = [a for a in available if a != advice.action]
-        if others and not observation.terminated:
+        if others:
             self._channel.send(advice._replace(action=others[-1]))
             self._check_same(observation, 'L11', 'the same action again, after another '
                              'recommendation for the observation')
+            self._channel.send(advice)
 
-    def _check_reset(self) -> None:
-        self._played.reset()
-        observation = self._played.observation
+    def _join(self) -> bool:
+        """Begin a run in the middle of its first episode: the repetition must be answered."""
+        self._played.describe()
+        observation = self._answers.skip_to_the_middle()
+        self._check_silent(observation, 'L12', 'no action for an observation in the middle of an '
+                           'episode, where the learner joins, before it is repeated')
         self._played.publish(observation)
-        self._channel.send(self._advice(observation))
-        self.report.check('P9', self._played.wait(observation, PATIENCE),
-                          'an action in a run that replaces the one before',
-                          f'none within {PATIENCE:g} s', observation)
-
-    def _check_whole_run(self) -> None:
-        """Check what was received in the whole run."""
-        check, actions = self.report.check, self._channel.received['Action']
-        if not actions:
-            return
-        strange, excess = self._played.strange_answers(), self._played.excess_answers()
-        check('P3', not strange, 'actions with run, episode and step of an observation',
-              f'{len(strange)} of another one', *strange)
-        check('L3', not excess, 'exactly one action for a new observation', f'{len(excess)} '
-              'actions for observations that were published less often', *excess)
-        descriptions = [each for each in self._channel.received['LearnerDescription']
-                        if each.message.learner == self._number]
-        check('L17', descriptions and descriptions[0].time <= actions[0].time + QUIET,
-              'a LearnerDescription before the first action', f'{len(descriptions)} of them',
-              actions[0].message)
+        self._answers.advise(observation)
+        self.report.check('L12', self._played.wait(observation, self._patience), 'an action, when '
+                          'the first observation of a run is repeated',
+                          f'none within {self._patience:g} s', observation)
+        return self._move(observation)

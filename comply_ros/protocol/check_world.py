@@ -3,22 +3,21 @@
 
 from __future__ import annotations
 
-from math import isfinite
+from collections.abc import Callable
 from typing import Any
-
-import numpy as np
 
 from comply_ros.numerics.rng import random_streams
 from comply_ros.protocol.messages import (
-    Action,
     ANYONE,
-    Episode,
     NO_RUN,
     StateReward,
     step_id,
     WorldDescription,
 )
-from comply_ros.protocol.outcome_statistics import OutcomeCounts
+from comply_ros.protocol.observation_checks import ObservationChecks
+from comply_ros.protocol.observation_checks import RULES as OBSERVATIONS
+from comply_ros.protocol.plan_shortening import Plan
+from comply_ros.protocol.played_learner import PlayedLearner
 from comply_ros.protocol.played_world import other_number
 from comply_ros.protocol.rule_report import (
     Channel,
@@ -29,48 +28,86 @@ from comply_ros.protocol.rule_report import (
     Verdict,
 )
 from comply_ros.protocol.world_description import is_same_world, world_from_description
+from comply_ros.protocol.world_disturbances import RULES as DISTURBANCES
+from comply_ros.protocol.world_disturbances import WorldDisturbances
+from comply_ros.protocol.world_histories import RULES as HISTORIES
+from comply_ros.protocol.world_histories import WorldHistories
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
 
-RULES = {
+RULES = {'P6': DISTURBANCES['P6'], **dict(sorted({
     'W1': 'the description comes first', 'W2': 'its fields follow their rules',
     'W3': 'it does not change within a run', 'W4': 'the number of the run is not 0',
-    'W5': 'one observation is open at a time', 'W6': 'step ids follow each other',
-    'W7': 'episodes begin at a start', 'W8': 'terminated in terminal states alone',
-    'W9': 'truncated at the step limit alone', 'W10': 'states and rewards are possible',
-    'W11': 'an open observation is repeated', 'W12': 'wrong actions are not accepted',
-    'W13': 'observations have the number of their learner',
-    'W14': 'a silent learner loses the run',
-    'W15': 'episodes are reported', 'W16': 'a reset starts a new run',
-    'W19': 'another world is answered', 'W20': 'a world that was answered stays',
-    'W21': 'states are those that the model leads to',
-    'W22': 'moves and rewards are those of the model'}
-STEPS = 2000  # steps of which the frequencies of successors are compared with the model
+    'W5': 'one observation is open at a time', 'W11': DISTURBANCES['W11'],
+    'W12': DISTURBANCES['W12'],
+    'W14': 'a silent learner loses the run', 'W16': 'a reset starts a new run',
+    'W18': 'what was answered is not repeated', 'W19': 'another world is answered',
+    'W20': 'a world that was answered stays', **OBSERVATIONS, **HISTORIES}.items(),
+    key=lambda each: int(each[0][1:])))}
+STEPS = 2000  # of which the frequencies of successors are compared with the model
 RELEASE = 12.0  # seconds after which a world must have freed its run: 3 s and a pause of W11
 LEARNER, SECOND_LEARNER = 33, 34
+
+
+def world_plan(steps: int = STEPS) -> Plan:
+    """Return what a check of a world does, with so many steps."""
+    return ('step', 'step', 'step', 'repeats', 'step', 'late', 'step', 'wrong', 'step', 'wrong',
+            *('step',) * max(0, steps - 6), 'wait', 'other world', 'reset', 'same seed',
+            'other seed')
 
 
 class WorldCheck:
     """
     Takes steps in a world, sends actions that are wrong, waits, and takes more steps.
 
-    channel: to the world. seed: of the actions. steps: to take.
+    Parameters
+    ----------
+    channel: to the world.
+    seed: of the actions.
+    plan: what to do.
+    patience: seconds that an answer may take.
+
     """
 
-    def __init__(self, channel: Channel, seed: int = 0, steps: int = STEPS) -> None:
-        self._channel, self._steps = channel, steps
+    def __init__(self, channel: Channel, seed: int = 0, plan: Plan | None = None,
+                 patience: float = PATIENCE) -> None:
+        self._channel, self._patience = channel, patience
+        self._plan = world_plan() if plan is None else plan
         self._rng = random_streams(seed)[1]
-        self._learner, self._seen_end, self._return = LEARNER, False, 0.0
-        self.report = RuleReport(RULES)
+        self._seen_end = False
+        self.report = RuleReport(RULES, channel)
+        histories = WorldHistories(channel, self.report, self._step_with, seed)
+        self._items: dict[str, Callable[[], object]] = {
+            'step': self._step, 'wait': self._check_waiting,
+            'other world': self._check_other_world, 'reset': self._check_reset,
+            'same seed': histories.check_after_reset, 'other seed': histories.check_after_restart}
 
     def run(self) -> tuple[Verdict, ...]:
         """Check the world; return a verdict on each rule."""
+        if self._find_world():
+            description = self._last('WorldDescription')
+            # A run that another learner owns is free after some seconds.
+            self._channel.wait(lambda: self._last('StateReward').learner in (
+                ANYONE, LEARNER, SECOND_LEARNER), RELEASE)
+            self._learner.number = self._learner.observation.learner or LEARNER
+            if self._checks.check_first(self._learner.observation):
+                for self.report.item, item in enumerate(self._plan):
+                    self._checks.counts_moves = item == 'step'
+                    if self._items[item]() is False:
+                        break
+            self._checks.compare_moves()
+            self._check_whole_run(description)
+        return self.report.verdicts()
+
+    def _find_world(self) -> bool:
+        """Check the description and the first observation; return whether a check can begin."""
         check = self.report.check
         there = self._channel.wait(
-            lambda: self._received('WorldDescription') and self._received('StateReward'), PATIENCE)
+            lambda: self._received('WorldDescription') and self._received('StateReward'),
+            self._patience)
         if not check('W1', there, 'a description and an observation',
-                     f'not both within {PATIENCE:g} s'):
-            return self.report.verdicts()
+                     f'not both within {self._patience:g} s'):
+            return False
         description, first = self._last('WorldDescription'), self._last('StateReward')
         check('W1', description.run == first.run, 'a description of the run of the observation, '
               f'{first.run}', description.run, description, first)
@@ -78,28 +115,17 @@ class WorldCheck:
         try:
             self._world = World(world_from_description(description))
         except ValueError as error:
-            check('W2', False, 'a description that follows the rules of its fields', error)
-            return self.report.verdicts()
+            return check('W2', False, 'a description that follows the rules of its fields', error,
+                         description)
         check('W2', True, '')
-        self._counts = OutcomeCounts(self._world)
-        if step_id(first) == (1, 0):
-            check('W6', True, '')
-        # A run that another learner owns is free after some seconds.
-        self._channel.wait(lambda: self._last('StateReward').learner == ANYONE, RELEASE)
-        first = self._last('StateReward')
-        self._saw_start = first.step == 0
-        if self._check_state(first) and self._play(first):
-            self._check_waiting()
-            self._check_other_world()
-            self._check_reset()
-        for kept, expected, got in self._counts.comparisons():
-            check('W22', kept, expected, got)
-        changed = [each.message for each in self._received('WorldDescription')
-                   if each.message.run == description.run
-                   and not is_same_world(each.message, description)]
-        check('W3', not changed, 'the same world within a run', 'another one', description,
-              *changed)
-        return self.report.verdicts()
+        self._checks = ObservationChecks(self._world, self._channel, self.report)
+        self._learner = PlayedLearner(self._world, self._channel, self.report, LEARNER,
+                                      self._patience)
+        self._disturbances = disturbances = WorldDisturbances(
+            self._learner, self._checks, self._channel, self.report, self._rng, self._patience)
+        self._items |= {'repeats': disturbances.check_repeats, 'late': disturbances.send_late,
+                        'wrong': disturbances.send_wrong}
+        return True
 
     def _received(self, name: str) -> list[Received]:
         return self._channel.received[name]
@@ -107,172 +133,38 @@ class WorldCheck:
     def _last(self, name: str) -> Any:
         return self._received(name)[-1].message
 
-    def _play(self, observation: StateReward) -> bool:
-        """Take steps from an observation on; return whether the world went on with all."""
-        for number in range(self._steps):
-            if number == 3:
-                self._check_repeats(observation)
-            if number in (5, 6):
-                self._send_wrong_actions(observation)
-            if (observation.terminated or observation.truncated) and not self._seen_end:
-                self._seen_end = True
-                self._send_wrong(observation, 0, {})
-            action = self._choose(observation)
-            after = self._act(observation, action)
-            if after is None or not self._check_next(observation, action, after):
-                return False
-            observation = after
-        return True
+    def _step(self) -> bool:
+        """Take a step; return whether the world can go on."""
+        return self._step_with(self._learner.observation, self._rng)[1] is not None
 
-    def _choose(self, observation: StateReward) -> int:
-        if observation.terminated or observation.truncated:
-            return NO_ACTION
-        actions = np.flatnonzero(self._world.available[observation.state])
-        return int(self._rng.choice(actions))
-
-    def _send(self, observation: StateReward, action: int, **changes: Any) -> None:
-        self._channel.send(Action(*observation[:3], action, False, 0.0,
-                                  self._learner)._replace(**changes))
-
-    def _new(self, observation: StateReward) -> StateReward | None:
-        """Return the first observation of the run after this one, if it was received."""
-        found = None
-        for each in reversed(self._received('StateReward')):
-            if each.message.run != observation.run or step_id(each.message) <= step_id(
-                    observation):
-                break
-            found = each.message
-        return found
-
-    def _act(self, observation: StateReward, action: int,
-             rule: str = 'W5') -> StateReward | None:
-        """Send an action; return the observation that follows, None if none does."""
-        self._send(observation, action)
-        came = self._channel.wait(lambda: self._new(observation), PATIENCE)
-        self.report.check(rule, came, 'the next observation after an action for the open one',
-                          f'none within {PATIENCE:g} s', observation)
-        return self._new(observation)
-
-    def _check_state(self, observation: StateReward) -> bool:
-        """Check what holds for every observation by itself; return whether it can go on."""
-        check, world, s = self.report.check, self._world, observation.state
-        within = 0 <= s < world.n_states and not world.obstacle[s]
-        if not check('W10', within and isfinite(observation.reward), 'a state of the description, '
-                     'and a finite reward', f'state {s}, reward {observation.reward:g}',
-                     observation):
-            return False
-        over = observation.terminated or observation.truncated
-        acts = over or bool(world.available[s].any())
-        if world.model == 'none':
-            check('W10', acts, 'an action where the episode goes on', f'none in state {s}',
-                  observation)
-        if observation.step == 0:
-            right = observation.reward == 0.0 and not observation.terminated and (
-                world.model == 'none' or world.begins[s])
-            check('W7', right, 'at step 0 one of the starts, reward 0, not terminated',
-                  f'state {s}, reward {observation.reward:g}', observation)
-        if world.model != 'none':
-            check('W8', observation.terminated == world.terminal[s], 'terminated in the terminal '
-                  'states and nowhere else', f'{observation.terminated} in state {s}', observation)
-        at_limit = observation.step == world.step_limit and not observation.terminated
-        right = observation.truncated == at_limit or (
-            world.model == 'none' and observation.truncated and not observation.terminated)
-        check('W9', right and observation.step <= world.step_limit,
-              f'truncated at step {world.step_limit}, unless terminated, and nowhere else',
-              f'{observation.truncated} at step {observation.step}', observation)
-        return acts
-
-    def _check_next(self, before: StateReward, action: int, after: StateReward) -> bool:
-        """Check what holds for an observation after another one; return as `_check_state`."""
-        check, over = self.report.check, before.terminated or before.truncated
-        expected = (before.episode + 1, 0) if over else (before.episode, before.step + 1)
-        check('W6', step_id(after) == expected, f'step id {expected}', step_id(after), before,
-              after)
-        check('W13', after.learner == self._learner, f'learner {self._learner}, whose action was '
-              'accepted', after.learner, before, after)
-        if not self._check_state(after):
-            return False
-        self._return = 0.0 if over else self._return + after.reward
-        if not over and self._world.model != 'none':
-            check('W21', self._world.leads(before.state, after.state), 'a state that the model '
-                  'leads to', f'{after.state} from {before.state}', before, after)
-            self._counts.add(before.state, action, after.state, after.reward)
-        if after.terminated or after.truncated:
-            self._check_report(after)
-        return True
-
-    def _check_report(self, last: StateReward) -> None:
-        """Check the report of an episode; its return is known where the check saw its start."""
-        def reports() -> list[Episode]:
-            return [each.message for each in self._received('Episode')[-5:]
-                    if each.message[:3] == last[:3]]
-        self._channel.wait(reports, QUIET)
-        expected = Episode(*last[:3], self._return, last.terminated, last.truncated)
-        kept = expected in reports() if self._saw_start else reports()
-        self.report.check('W15', kept, f'{expected} before the last observation',
-                          reports() or 'none', last)
-        self._saw_start = True
-
-    def _check_repeats(self, observation: StateReward) -> None:
-        """Leave an observation open: it must be repeated, and nothing else must follow."""
-        def repeats() -> list[StateReward]:
-            return [each.message for each in self._received('StateReward')
-                    if each.message[:3] == observation[:3]]
-        count = len(repeats())
-        self._channel.wait(lambda: False, 4 * QUIET)
-        self._channel.wait(lambda: len(repeats()) > count, PATIENCE)
-        same = [each._replace(learner=ANYONE) == observation._replace(learner=ANYONE)
-                for each in repeats()]
-        self.report.check('W11', len(same) > count and all(same), 'the open observation again, '
-                          f'with the same fields, within {PATIENCE:g} s',
-                          f'{len(same) - count} more, {same.count(False)} with other fields',
-                          *repeats())
-        self.report.check('W5', self._new(observation) is None, 'no new observation without an '
-                          'action', 'one', observation, self._new(observation))
-
-    def _send_wrong_actions(self, observation: StateReward) -> None:
-        """Send actions that must not be accepted."""
-        if observation.terminated or observation.truncated:
-            return
-        missing = np.flatnonzero(~self._world.available[observation.state])
-        right = self._choose(observation)
-        wrong: list[tuple[int, dict[str, Any]]] = [
-            (right, {'run': other_number(observation.run)}),
-            (right, {'learner': SECOND_LEARNER}),
-            (NO_ACTION, {}), (self._world.n_actions, {}),
-            (right, {'step': observation.step + 1})]
-        wrong += [(int(missing[0]), {})] if len(missing) else []
-        wrong += [(right, {'step': observation.step - 1})] if observation.step else []
-        for action, changes in wrong:
-            self._send_wrong(observation, action, changes)
-
-    def _send_wrong(self, observation: StateReward, action: int, changes: dict[str, Any]) -> None:
-        self._send(observation, action, **changes)
-        moved = self._channel.wait(lambda: self._new(observation), QUIET)
-        self.report.check('W12', not moved, 'no move by an action of another run, of another '
-                          'learner, for another observation, or that the state lacks',
-                          f'a move by action {action} {changes or ""}', observation,
-                          self._new(observation))
+    def _step_with(self, observation: StateReward, rng: Any) -> tuple[int, StateReward | None]:
+        """Take a step by random numbers; return the action, and the observation that follows."""
+        if step_id(observation) == (1, 0) and not self._checks.check_first(observation):
+            return NO_ACTION, None
+        if (observation.terminated or observation.truncated) and not self._seen_end:
+            self._seen_end = True
+            self._disturbances.send_wrong_action(observation, 0)
+        action = self._learner.choose(observation, rng)
+        after = self._learner.act(observation, action)
+        if after is None or not self._checks.check_next(observation, action, after,
+                                                        self._learner.number):
+            return action, None
+        return action, after
 
     def _check_waiting(self) -> None:
         """Publish nothing for seconds: the run must be freed, and taken by another learner."""
-        observation = self._last('StateReward')
         descriptions = len(self._received('WorldDescription'))
         freed = self._channel.wait(
             lambda: self._last('StateReward').learner == ANYONE
             and len(self._received('WorldDescription')) > descriptions, RELEASE)
-        if not self.report.check('W14', freed, 'learner 0 and the description again, after 3 s '
-                                 'without an action', f'neither within {RELEASE:g} s',
-                                 self._last('StateReward')):
-            return
-        self._learner = SECOND_LEARNER
-        action = self._choose(observation)
-        after = self._act(observation, action)
-        if after is not None:
-            self._check_next(observation, action, after)
+        if self.report.check('W14', freed, 'learner 0 and the description again, after 3 s '
+                             'without an action', f'neither within {RELEASE:g} s',
+                             self._last('StateReward')):
+            self._learner.number = SECOND_LEARNER
+            self._step()
 
-    def _check_other_world(self) -> None:
-        """Describe another world: this one publishes its own description, and stays."""
+    def _check_other_world(self) -> bool:
+        """Describe another world: this one describes itself too; return whether it stays."""
         mine = self._last('WorldDescription')
         count = len(self._received('WorldDescription'))
         for _ in range(10):
@@ -283,16 +175,18 @@ class WorldCheck:
         answers = len(self._received('WorldDescription')) - count
         self.report.check('W19', 1 <= answers <= 8, 'its description after that of another run, '
                           'at most 8 times', f'{answers} times', mine)
-        observation = self._last('StateReward')
-        self._act(observation, self._choose(observation), 'W20')
+        learner, observation = self._learner, self._learner.observation
+        return bool(learner.act(observation, learner.choose(observation, self._rng), 'W20'))
 
-    def _check_reset(self) -> None:
+    def _check_reset(self) -> bool:
+        """Reset the world; return whether it goes on."""
         before: WorldDescription = self._last('WorldDescription')
         if not self._channel.reset():
-            return
+            return True
         came = self._channel.wait(
             lambda: self._last('WorldDescription').run != before.run
-            and self._last('StateReward').run == self._last('WorldDescription').run, PATIENCE)
+            and self._last('StateReward').run == self._last('WorldDescription').run,
+            self._patience)
         after, first = self._last('WorldDescription'), self._last('StateReward')
         self.report.check(
             'W16', came and after.replaces == before.run and step_id(first) == (1, 0)
@@ -300,4 +194,20 @@ class WorldCheck:
             'its first observation and learner 0', f'run {after.run} replaces {after.replaces}, '
             f'step id {step_id(first)}, learner {first.learner}', after, first)
         self.report.check('W4', after.run != NO_RUN, 'a run that is not 0', after.run, after)
-        self._check_state(first)
+        return came and self._checks.check_first(first)
+
+    def _check_whole_run(self, description: WorldDescription) -> None:
+        """Check what was received in the whole check; its run was described first."""
+        messages = [each.message for each in self.report.transcript()]
+        again = [msg for msg in messages if type(msg) is WorldDescription
+                 and msg.run == description.run]
+        changed = [msg for msg in again if not is_same_world(msg, description)]
+        if len(again) > 1:
+            self.report.check('W3', not changed, 'the same world within a run', 'another one',
+                              description, *changed)
+        newest: dict[int, StateReward] = {}
+        for msg in messages:
+            if type(msg) is StateReward and (last := newest.setdefault(msg.run, msg)) is not msg:
+                self.report.check('W18', step_id(msg) >= step_id(last), 'no observation again '
+                                  'that was answered', step_id(msg), last, msg)
+                newest[msg.run] = max(last, msg, key=step_id)

@@ -10,6 +10,7 @@ from math import erfc, exp, lgamma, log, sqrt
 from comply_ros.world.mdp import World
 
 ALPHA = 1e-4  # chance that a right world fails in any of the comparisons
+RARE = 0.5  # largest probability of an outcome that is compared over all states
 LEAST = 25.0  # times that an outcome must be expected: with less, chi-squared is a poor bound
 
 
@@ -33,35 +34,42 @@ class OutcomeCounts:
         Yield for each comparison with the model whether it holds, what is expected, and what came.
 
         Each action of each state has a chi-squared test, in which outcomes that are rare are
-        counted together; one more test is about all of them: how often the outcome that is most
-        likely did not come.
+        counted together. Rare ones have tests of their own over all states: those of an action
+        that lead as far, such as every slip to the left while going up; and those of any action
+        that do. The distance is that of the numbers of the states.
         """
-        level = ALPHA / (len(self._counts) + 1)
-        missed, mean, variance = 0, 0.0, 0.0
+        strange = set()
         for (s, a), seen in self._counts.items():
-            expected, total = outcomes(self._world, s, a), sum(seen.values())
-            strange = [each for each in seen if each not in expected]
-            yield (not strange, 'rewards and successors of the model: '
-                   + ', '.join(map(str, expected)), f'{strange[:1]} in state {s}, action {a}')
-            if strange:
-                continue
-            likely = max(expected, key=lambda each: expected[each])
-            missed += total - seen[likely]
-            mean += total * (1.0 - expected[likely])
-            variance += total * expected[likely] * (1.0 - expected[likely])
-            yield _tail_comparison(
-                level, *chi_squared(seen, expected),
-                f'successors as often as the model says, in state {s}, action {a}')
-        if variance > LEAST:
-            yield _tail_comparison(
-                level, (missed - mean) ** 2 / variance, 1,
-                f'{mean:.0f} steps that do not lead where they usually do, and not {missed}')
+            expected = outcomes(self._world, s, a)
+            wrong = [each for each in seen if each not in expected]
+            strange |= {(s, a)} if wrong else set()
+            yield (not wrong, 'rewards and successors of the model: '
+                   + ', '.join(map(str, expected)), f'{wrong[:1]} in state {s}, action {a}')
+        counts = {pair: seen for pair, seen in self._counts.items() if pair not in strange}
+        groups = self._rare_groups(counts)
+        level = ALPHA / max(1, len(counts) + len(groups))
+        for (s, a), seen in counts.items():
+            statistic, degrees = chi_squared(seen, outcomes(self._world, s, a))
+            tail = chi_squared_tail(statistic, degrees)
+            yield (tail >= level, f'successors as often as the model says, in state {s}, action '
+                   f'{a}', f'chi-squared {statistic:.1f}: chance {tail:.1e}')
+        for (distance, a), (count, mean) in groups.items():
+            tail = count_tail(count, mean)
+            by = 'any action' if a is None else f'action {a}'
+            yield (tail >= level, f'{mean:.1f} times a state whose number is {distance:+d}, where '
+                   f'{by} seldom leads there', f'{count} times: chance at most {tail:.1e}')
 
-
-def _tail_comparison(level: float, statistic: float, degrees: int,
-                     expected: str) -> tuple[bool, str, str]:
-    tail = chi_squared_tail(statistic, degrees)
-    return tail >= level, expected, f'chi-squared {statistic:.1f}: chance {tail:.1e}'
+    def _rare_groups(self, counts: dict[tuple[int, int], Counter[tuple[int, float]]],
+                     ) -> dict[tuple[int, int | None], tuple[int, float]]:
+        """Return how often rare outcomes came, and should have, by distance and action."""
+        groups: dict[tuple[int, int | None], tuple[int, float]] = defaultdict(lambda: (0, 0.0))
+        for (s, a), seen in counts.items():
+            total = sum(seen.values())
+            for outcome, p in outcomes(self._world, s, a).items():
+                for key in ((outcome[0] - s, a), (outcome[0] - s, None)) if p <= RARE else ():
+                    count, mean = groups[key]
+                    groups[key] = count + seen[outcome], mean + total * p
+        return groups
 
 
 def chi_squared(seen: Counter[tuple[int, float]],
@@ -97,6 +105,18 @@ def outcomes(world: World, s: int, a: int) -> dict[tuple[int, float], float]:
         if p > 0.0:
             found[int(world.successor[s, b]), float(world.reward[s, b])] += p
     return dict(found)
+
+
+def count_tail(count: int, mean: float) -> float:
+    """
+    Return a bound of the chance that a sum of independent events is as far from its mean.
+
+    It holds for any probabilities of the events (Chernoff): 2 exp(-(n ln(n / m) - n + m)).
+    """
+    if mean == 0.0:
+        return 1.0 if count == 0 else 0.0
+    distance = (count * log(count / mean) if count else 0.0) - count + mean
+    return min(1.0, 2.0 * exp(-distance))
 
 
 def chi_squared_tail(x: float, degrees: int) -> float:

@@ -9,15 +9,16 @@ from typing import Any, NamedTuple, Protocol
 
 PASS, FAIL, NOT_REACHED = 'PASS', 'FAIL', 'NOT REACHED'
 # Rules with a SHOULD: a node that breaks them works, but is less robust, or shows less.
-SHOULD = frozenset(('P9', 'P12', 'W14', 'W15', 'W19', 'W20', 'W21', 'M4', 'M6', 'L11', 'L13',
-                    'L17'))
+SHOULD = frozenset((
+    'P2', 'P4', 'P7', 'P8', 'P9', 'P10', 'P12', 'W14', 'W15', 'W18', 'W19', 'W20', 'W21', 'W23',
+    'W24', 'M4', 'M5', 'M6', 'M7', 'M8', 'L9', 'L11', 'L12', 'L13', 'L15', 'L17', 'L19'))
 PATIENCE = 10.0  # seconds that an answer may take
 QUIET = 0.3  # seconds without a message that count as silence
 SHOWN_MESSAGES = 4  # of those that show a failure
 
 
 class Received(NamedTuple):
-    """A message that was received, and when, in seconds of the channel's clock."""
+    """A message, and when it was received or sent, in seconds of the channel's clock."""
 
     time: float
     message: Any
@@ -33,6 +34,8 @@ class Verdict(NamedTuple):
     result: `PASS`, `FAIL`, or `NOT REACHED` where the check saw nothing that the rule is about.
     expected, got: of a failure, in words.
     messages: those that show the failure, the last one last.
+    item: of the plan of the check in which a rule was broken, by its index.
+    transcript: all that was sent and received in the check until then.
 
     """
 
@@ -41,6 +44,8 @@ class Verdict(NamedTuple):
     expected: str = ''
     got: str = ''
     messages: tuple[Any, ...] = ()
+    item: int = 0
+    transcript: tuple[Received, ...] = ()
 
 
 class Channel(Protocol):
@@ -50,10 +55,22 @@ class Channel(Protocol):
     Attributes
     ----------
     received: all messages of the node so far, by the name of their type.
+    transcript: all messages so far, of both sides.
+    time: now, in seconds.
+    last_run: the largest number of a run that a check has used on this channel.
+    followed: the run that a check has described last, for the node to follow; 0 for none.
 
     """
 
     received: defaultdict[str, list[Received]]
+    transcript: list[Received]
+    last_run: int
+    followed: int
+
+    @property
+    def time(self) -> float:
+        """The time now, in seconds."""
+        ...
 
     def send(self, message: Any) -> None:
         """Publish a message."""
@@ -67,16 +84,33 @@ class Channel(Protocol):
         """Ask the node to start anew; return False if it cannot be asked."""
         ...
 
+    def restart(self, seed: int) -> bool:
+        """End the node and start it with a seed; return False if that is not possible."""
+        ...
+
+    def digest(self) -> str | None:
+        """Return the digest of what a learner has learned; None if it does not say."""
+        ...
+
 
 class RuleReport:
     """
     Collects verdicts: a rule passes when it was seen kept, and never broken.
 
+    Parameters
+    ----------
     rules: a short title of each, by its number, in the order of the page.
+    channel: to the node, for the transcript of a failure.
+
+    Attributes
+    ----------
+    item: of the plan of the check, by its index, for the verdicts that follow.
+
     """
 
-    def __init__(self, rules: Mapping[str, str]) -> None:
+    def __init__(self, rules: Mapping[str, str], channel: Channel) -> None:
         self._verdicts = {rule: Verdict(rule) for rule in rules}
+        self._channel, self._start, self.item = channel, len(channel.transcript), 0
 
     def check(self, rule: str, kept: object, expected: str, got: object = '',
               *messages: Any) -> bool:
@@ -84,8 +118,17 @@ class RuleReport:
         before = self._verdicts[rule]
         if before.result != FAIL:
             self._verdicts[rule] = Verdict(rule, PASS) if kept else Verdict(
-                rule, FAIL, expected, str(got), messages[-SHOWN_MESSAGES:])
+                rule, FAIL, expected, str(got), messages[-SHOWN_MESSAGES:], self.item,
+                tuple(self.transcript()))
         return bool(kept)
+
+    def transcript(self) -> list[Received]:
+        """Return what was sent and received since the check began."""
+        return self._channel.transcript[self._start:]
+
+    def result(self, rule: str) -> str:
+        """Return what was found about a rule so far."""
+        return self._verdicts[rule].result
 
     def verdicts(self) -> tuple[Verdict, ...]:
         """Return the verdicts in the order of the rules."""

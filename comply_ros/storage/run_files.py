@@ -48,7 +48,8 @@ def prepare_folder(path: str | Path) -> Path:
 
 def summarize(training: TrainingSpec, reference: AnyReturns, mentor_return: float | None, *,
               seed: int, returns: list[float], steps: int, wall_seconds: float,
-              digest: str, policy_return: float | None, other_mentors: int = 0) -> dict[str, Any]:
+              digest: str | None, policy_return: float | None,
+              other_mentors: int = 0) -> dict[str, Any]:
     """
     One training as the table that `summary.json` holds; nothing in it is infinite or nan.
 
@@ -56,8 +57,8 @@ def summarize(training: TrainingSpec, reference: AnyReturns, mentor_return: floa
         them: it is None, and `unknown` has the names.
     mentor_return: exact expected return of the mentor's policy, None without a mentor.
     returns: mean return of each iteration; convergence, ratio and regret are of those that learn.
-    digest: of the learner's arrays.
-    policy_return: exact expected return of the policy that was learned.
+    digest: of the learner's arrays; None for a learner that does not save them.
+    policy_return: exact expected return of the policy that was learned, None without it.
     other_mentors: how many mentors, besides that of the training, have advised the learner too.
     """
     counted = returns[training.config.measuring_iterations:]

@@ -165,7 +165,9 @@ def _rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
     if is_known:
         yield from _reference_rows(summary)
     yield 'learner, first', f'{returns[0]:.2f}', f'{summary["method"]}, mean of an iteration'
-    if is_known:
+    if is_known and summary['policy_return'] is None:
+        yield 'learned policy', '-', f'{summary["method"]} has no service save'
+    elif is_known:
         yield ('learned policy', f'{summary["policy_return"]:.2f}',
                'expected return without exploration')
     yield 'learner, last', f'{returns[-1]:.2f}', f'iteration {len(returns)}'
@@ -177,6 +179,8 @@ def _rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
     yield ('steps', f'{summary["steps"]:,}',
            f'{summary["steps_per_second"]:,.0f} a second, {summary["wall_seconds"]:.1f} s')
     others = summary['other_mentors']
+    if summary['digest'] is None:
+        return
     yield 'digest', summary['digest'][:16], 'the same options give the same bits' if not others \
         else f'{1 + others} mentors spoke: the same options need not give the same bits'
 

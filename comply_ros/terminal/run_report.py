@@ -63,7 +63,7 @@ def _plot(name: str, *arguments: Any) -> None:
 
 
 def report_training(training: TrainingSpec, folder: Path, reference: AnyReturns,
-                    advice: NDArray[Any], outcomes: Sequence[dict[str, Any]],
+                    advice: NDArray[Any] | None, outcomes: Sequence[dict[str, Any]],
                     plot: Plot = plot_here) -> None:
     """Write and show the results of a training; arguments as `write_results`."""
     summary, files = write_numbers(training, folder, reference, advice, outcomes)
@@ -75,13 +75,14 @@ def report_training(training: TrainingSpec, folder: Path, reference: AnyReturns,
 
 
 def write_results(training: TrainingSpec, folder: Path, reference: AnyReturns,
-                  advice: NDArray[Any], outcomes: Sequence[dict[str, Any]]) -> None:
+                  advice: NDArray[Any] | None, outcomes: Sequence[dict[str, Any]]) -> None:
     """
     Write the results of a training: what was learned first, then what is drawn of it.
 
-    reference: of the world of the training. advice: `advice[s]` of the mentor.
+    reference: of the world of the training.
+    advice: `advice[s]` of the mentor, None if it is not known.
     outcomes: one table for each seed, with the arguments of `summarize`; `learning.npz` of the
-        first is already in the folder.
+        first is already in the folder, if that has a digest.
     """
     summary, _ = write_numbers(training, folder, reference, advice, outcomes)
     for _ in draw_pictures(training, folder, reference, advice, outcomes, summary, plot_here):
@@ -89,31 +90,35 @@ def write_results(training: TrainingSpec, folder: Path, reference: AnyReturns,
 
 
 def write_numbers(training: TrainingSpec, folder: Path, reference: AnyReturns,
-                  advice: NDArray[Any], outcomes: Sequence[dict[str, Any]],
+                  advice: NDArray[Any] | None, outcomes: Sequence[dict[str, Any]],
                   ) -> tuple[dict[str, Any], list[Path]]:
     """Write all but the pictures; return the summary and the paths of the files."""
-    has_mentor = training.spec.kind != 'none'
-    mentor_return = reference.return_of(advice) if has_mentor else None
+    if training.spec.kind == 'none':
+        advice = None
+    mentor_return = None if advice is None else reference.return_of(advice)
     summaries = [summarize(training, reference, mentor_return, **each) for each in outcomes]
     first = summaries[0]
     summary = first if len(summaries) == 1 else {
         key: [each[key] for each in summaries] if key in PER_SEED else value
         for key, value in first.items()}
-    files = [write_json(folder / 'summary.json', summary), folder / 'learning.npz']
-    if has_mentor:
+    files = [write_json(folder / 'summary.json', summary)]
+    if first['digest'] is not None:
+        files.append(folder / 'learning.npz')
+    if advice is not None:
         files.append(folder / 'mentor.txt')
         files[-1].write_text(format_policy(advice, reference.world))
     return summary, files
 
 
 def draw_pictures(training: TrainingSpec, folder: Path, reference: AnyReturns,
-                  advice: NDArray[Any], outcomes: Sequence[dict[str, Any]],
+                  advice: NDArray[Any] | None, outcomes: Sequence[dict[str, Any]],
                   summary: dict[str, Any], plot: Plot) -> Generator[Path]:
     """Draw the pictures of a training; yield the path of each when it is written."""
     curves = np.array([each['returns'] for each in outcomes])
     curve, trust = folder / 'learning_curve.png', folder / 'trust_map.png'
     plots = {curve: plot('draw_learning_curve', curve, curves, summary)}
-    if training.spec.kind != 'none' and training.config.needs_mentor():
+    if training.spec.kind != 'none' and advice is not None and training.config.needs_mentor() \
+            and outcomes[0]['digest'] is not None:
         with np.load(folder / 'learning.npz') as learned:
             plots[trust] = plot('draw_trust_map', trust, reference.world, advice,
                                 learned['confidence'], learned['departures'] > 1, summary)

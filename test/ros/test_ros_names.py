@@ -5,7 +5,7 @@ from node_processes import run, run_tool
 import pytest
 
 from comply_ros.learner.learner_config import ConfigError
-from comply_ros.nodes.lesson import check_namespace
+from comply_ros.nodes.lesson_processes import check_namespace
 
 pytestmark = pytest.mark.usefixtures('domain')
 RULE = '--namespace must be a name that ROS nodes can have, got '

@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The processes of a lesson: which nodes, and in which namespace."""
+
+from contextlib import AbstractContextManager
+import shutil
+
+from rclpy.exceptions import NameValidationException
+from rclpy.validate_full_topic_name import validate_full_topic_name
+from rclpy.validate_namespace import validate_namespace
+
+from comply_ros.learner.learner_config import ConfigError
+from comply_ros.nodes.lesson_parameters import NODES, STATE, world_node, write_parameters
+from comply_ros.nodes.node_processes import NodeProcess, parameter_arguments, run_nodes
+from comply_ros.terminal.training_options import TrainingOptions
+
+PARTS = ('world', 'mentor', 'learner')
+LONGEST_NAME = 'grid_world/set_parameters_atomically'  # of a topic or service in a lesson
+
+
+def check_namespace(name: str) -> None:
+    """Return if the nodes of a lesson can have this namespace; raises ConfigError."""
+    full = f'/{name.strip("/")}'
+    try:
+        validate_namespace(full)
+        validate_full_topic_name(f'{full.rstrip("/")}/{LONGEST_NAME}')
+    except NameValidationException as error:
+        reason = str(error).partition('\n')[0].rstrip(':')
+        raise ConfigError(f'--namespace must be a name that ROS nodes can have, got {name!r}: '
+                          f'{reason}') from None
+
+
+def namespace_arguments(name: str) -> list[str]:
+    """Return the ROS arguments of a node in a namespace, none for ''."""
+    return ['-r', f'__ns:=/{name.strip("/")}'] if name.strip('/') else []
+
+
+def running(options: TrainingOptions, held: bool = False,
+            ) -> AbstractContextManager[list[NodeProcess]]:
+    """Run the three nodes as processes that end with the block, whatever happens in it."""
+    arguments = ['--params-file', str(write_parameters(options))]
+    shutil.rmtree(options.out / STATE, ignore_errors=True)  # of an earlier lesson
+    (options.out / 'learning.npz').unlink(missing_ok=True)
+    arguments += namespace_arguments(options.args.namespace)
+    if options.args.rate:
+        arguments += parameter_arguments({'rate': options.args.rate})
+    names = [name for part, name in zip(PARTS, (world_node(options), *NODES[1:]))
+             if part != options.args.external]
+    return run_nodes(dict.fromkeys(names, arguments), options.out, held)
