@@ -16,6 +16,7 @@ from comply_ros.dashboard.header_bar import succeeds
 from comply_ros.dashboard.mentor_thread import MentorThread
 from comply_ros.dashboard.page_scripts import POINTER, POINTER_EVENTS
 from comply_ros.dashboard.paint_tool import PaintTool
+from comply_ros.plots.state_layout import layout_of
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
 
@@ -120,11 +121,11 @@ def _picture_of(world: World) -> tuple[dict[str, Callable[..., str]], tuple[int,
                  'learner': partial(grid_svg.learner_arrows, world),
                  'robot': partial(grid_svg.robot, world.grid)},
                 grid_svg.size(world.grid), grid_svg.cells(world))
-    layout = state_svg.layout_of(world)
+    layout = layout_of(world)
     return ({'mentor': partial(state_svg.mentor_arrows, world, layout),
              'learner': partial(state_svg.learner_arrows, world, layout),
              'robot': partial(state_svg.robot, layout)},
-            layout.size(), state_svg.cells(world, layout))
+            state_svg.size(layout), state_svg.cells(world, layout))
 
 
 def _note_on(world: World) -> str:

@@ -11,7 +11,14 @@ from typing import Any, NamedTuple
 
 from comply_ros.experiments import training_runs
 from comply_ros.experiments.available_cores import available_cores
-from comply_ros.experiments.shipped_files import files_of, read_file, ShippedFile, unpack, world_of
+from comply_ros.experiments.shipped_files import (
+    files_of,
+    NamedFile,
+    read_file,
+    ShippedFile,
+    unpack,
+    world_of,
+)
 from comply_ros.experiments.training_runs import Run
 from comply_ros.storage.kernel_cache import use_kernel_cache
 from comply_ros.terminal.interrupts import check, StopFlag
@@ -136,12 +143,12 @@ def dask_executor(address: str) -> Iterator[Executor]:
     loop = client.loop.asyncio_loop
 
     @lru_cache(maxsize=None)
-    def shipped(path: str) -> Any:
-        file = read_file(path)  # once: all runs have the same content, whatever happens to it
+    def shipped(named: NamedFile) -> Any:
+        file = read_file(named)  # once: all runs have the same content, whatever happens to it
         return client.submit(_same, file, key=f'comply_ros-{file.sha256}{file.suffix}')
 
     def submit(run: Run) -> Future:
-        files = {field: shipped(path) for field, path in files_of(run).items()}
+        files = {field: shipped(named) for field, named in files_of(run).items()}
         job = client.submit(_measure_in_worker, run, files, world_of(run), pure=False)
         # Results of runs that end together come in one message.
         return asyncio.run_coroutine_threadsafe(client.gather(job, asynchronous=True), loop)

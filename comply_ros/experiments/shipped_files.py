@@ -11,7 +11,10 @@ from typing import NamedTuple
 from comply_ros.experiments.training_runs import reference_returns_of, Run
 from comply_ros.mentor.mentor_policies import FROM_FILES, parse_mentor_spec
 from comply_ros.storage.file_system import atomic_write
-from comply_ros.storage.map_name import is_path
+from comply_ros.storage.map_name import is_path, NAV2, parse_map_name
+from comply_ros.storage.user_files import dump_yaml, load_yaml
+
+NAV2_FILES = 'nav2', 'image'  # keys: a map file can name one of Nav2, and that names its image
 
 _lock = Lock()
 
@@ -20,26 +23,58 @@ class ShippingError(ValueError):
     """A run that would not be the same on another machine; the message names what differs."""
 
 
+class NamedFile(NamedTuple):
+    """
+    The path of a file, and by which key of its YAML it can name another one.
+
+    keys: of this file, of the one that it names, and so on.
+    """
+
+    path: str
+    keys: tuple[str, ...] = ()
+
+
 class ShippedFile(NamedTuple):
-    """A file: how its name ends, its content, and the SHA-256 (hex) of that."""
+    """
+    A file: how its name ends, its content, and the SHA-256 (hex) of all that is in it.
+
+    named: the file that it names by a key of its YAML; None for none.
+    """
 
     suffix: str
     content: bytes
     sha256: str
+    key: str = ''
+    named: 'ShippedFile | None' = None
 
 
-def files_of(run: Run) -> dict[str, str]:
-    """Return the paths of the files of a run, by the field of `Run` that names them."""
-    files = {'map': run.map} if is_path(run.map) else {}
-    spec = parse_mentor_spec(run.mentor)
-    return {**files, 'mentor': spec.value} if spec.kind in FROM_FILES else files
+def files_of(run: Run) -> dict[str, NamedFile]:
+    """Return the files of a run, by the field of `Run` that names them."""
+    files, spec = {}, parse_mentor_spec(run.mentor)
+    scheme, target, _ = parse_map_name(run.map)
+    if scheme == NAV2:
+        files['map'] = NamedFile(target, NAV2_FILES[1:])
+    elif is_path(run.map):
+        files['map'] = NamedFile(run.map, NAV2_FILES)
+    if spec.kind in FROM_FILES:
+        files['mentor'] = NamedFile(spec.value)
+    return files
 
 
-def read_file(path: str) -> ShippedFile:
-    """Return a file as it is now; raises OSError."""
-    place = Path(path).expanduser()
-    content = place.read_bytes()
-    return ShippedFile(place.suffix, content, hashlib.sha256(content).hexdigest())
+def read_file(file: NamedFile) -> ShippedFile:
+    """Return a file as it is now, with the one that it names; raises OSError."""
+    path = Path(file.path).expanduser()
+    content = path.read_bytes()
+    shipped = ShippedFile(path.suffix, content, hashlib.sha256(content).hexdigest())
+    key, *keys = file.keys or ('',)
+    if not key or key.encode() not in content:
+        return shipped
+    name = load_yaml(content.decode('utf-8-sig')).value.get(key)
+    if name is None:
+        return shipped
+    named = read_file(NamedFile(str(path.parent / Path(name).expanduser()), tuple(keys)))
+    both = hashlib.sha256(f'{shipped.sha256} {named.sha256}'.encode()).hexdigest()
+    return ShippedFile(path.suffix, content, both, key, named)
 
 
 def world_of(run: Run) -> str:
@@ -59,6 +94,9 @@ def unpack(run: Run, files: dict[str, ShippedFile], world: str) -> Run:
 
     """
     paths = {field: str(_written(file)) for field, file in files.items()}
+    if run.map.startswith(f'{NAV2}:'):
+        _, question, arguments = run.map.partition('?')
+        paths['map'] = f'{NAV2}:{paths["map"]}{question}{arguments}'
     if 'mentor' in paths:
         spec = parse_mentor_spec(run.mentor)
         share = '' if spec.coverage == 1.0 else f'@{spec.coverage!r}'
@@ -76,9 +114,13 @@ def _folder() -> tempfile.TemporaryDirectory[str]:
 
 
 def _written(file: ShippedFile) -> Path:
+    content = file.content
+    if file.named:
+        table = load_yaml(content.decode('utf-8-sig')).value
+        content = dump_yaml({**table, file.key: str(_written(file.named))}).encode()
     path = Path(_folder().name) / f'{file.sha256}{file.suffix}'
     with _lock:  # a worker may have threads
         if not path.exists():
             with atomic_write(path) as part:
-                part.write_bytes(file.content)
+                part.write_bytes(content)
     return path

@@ -121,7 +121,8 @@ FRAME = Parameter('frame', 'map', 'Coordinate frame of everything that the viewe
 ROBOT_FRAME = Parameter(
     'robot_frame', 'robot', 'Coordinate frame of the robot, published on /tf where tf2_msgs is '
     'installed; empty: not published')
-CELL_SIZE = Parameter('cell_size', 1.0, 'Side of a cell, in metres', (0.001, 1000))
+CELL_SIZE = Parameter(
+    'cell_size', 1.0, 'Side of a cell, in metres, where states have no positions', (0.001, 1000))
 ROBOT_RATE = Parameter(
     'robot_rate', 10.0, 'How often per second robot, trail and returns are published, if they '
     'changed', (0.01, 100))

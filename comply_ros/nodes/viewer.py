@@ -10,6 +10,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from std_msgs.msg import Float64, Header
 
 from comply_ros.nodes import topics
+from comply_ros.nodes import viewer_markers as markers
 from comply_ros.nodes import viewer_messages as views
 from comply_ros.nodes.clocks import steady_timer, waiting_for
 from comply_ros.nodes.parameter_node import SafeParameterNode
@@ -24,15 +25,17 @@ from comply_ros.nodes.parameters import (
 )
 from comply_ros.nodes.protocol_node import PATIENCE
 from comply_ros.nodes.spin import run_node
-from comply_ros.plots.viewer_geometry import cell_centers, heading
+from comply_ros.plots.viewer_geometry import heading, places_of, StatePlaces
 from comply_ros.protocol.messages import Notice, Outputs, REPORTS, StateReward
 from comply_ros.protocol.run_view import RunView
 from comply_ros.protocol.validation import rejected_description
+from comply_ros.world.mdp import World
 
 # A slow viewer never makes the world send again: what is lost is not shown.
 LOSSY = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT,
                    durability=DurabilityPolicy.VOLATILE)
 TRANSFORMS = QoSProfile(depth=100)  # as tf2 publishes on /tf
+NOWHERE = StatePlaces(0, 0, 0.0, (0.0, 0.0))  # of the states of no world
 MAX_STATES = 40_000  # of a world that is shown with markers in every state
 
 
@@ -45,7 +48,7 @@ class ViewerNode(SafeParameterNode):
         self._frame, self._cell = checked_frame(self.declare(FRAME)), self.declare(CELL_SIZE)
         self._robot_frame = checked_frame(self.declare(ROBOT_FRAME), 'robot_frame', True)
         length = self.declare(TRAIL_LENGTH)
-        self._view = RunView(self._start_run, length)
+        self._view, self._places = RunView(self._start_run, length), NOWHERE
         self._received: deque[bytes] = deque(maxlen=max(length, 2))  # states; few are decoded
         self._returns: dict[str, deque[Any]] = {
             topic.name: deque(maxlen=REPORTS) for topic in (topics.EPISODE, topics.PROGRESS)}
@@ -93,7 +96,12 @@ class ViewerNode(SafeParameterNode):
 
     def _start_run(self, is_reset: bool) -> Outputs:
         description = self._view.reports.description
-        assert description is not None
+        assert description is not None and self._view.world is not None
+        had_map = self._places.is_map
+        self._places, self._angle = places_of(self._view.world, self._cell), 0.0
+        if had_map and not self._places.is_map:
+            for view in views.MAP, views.TRUST_MAP:
+                self._publish[view](views.no_map_message(self._header()))
         return (Notice(f'shows world {description.name!r}, run {description.run}'),)
 
     def _tick(self) -> None:
@@ -123,21 +131,22 @@ class ViewerNode(SafeParameterNode):
             self._log(self._view.receive('state', msg))
         if self._view.world is None:
             return
-        trail, world = self._view.trail, self._view.world
-        if 'state' in self._view.changed and trail and world.model == 'grid':
+        if 'state' in self._view.changed and self._view.trail:
             self._view.changed.discard('state')
-            if len(trail) > 1:
-                self._angle = heading(*trail[-2:], world.grid.width) or 0.0
-            place = cell_centers(trail[-1], world.grid.width, self._cell)
-            header = self._header()
-            pose = views.pose_message(header, place, self._angle)
-            self._publish[views.ROBOT](pose)
-            if self._tf_publisher:
-                self._tf_publisher.publish(
-                    views.tf_message(self._tf_type, pose, self._robot_frame))
-            self._publish[views.TRAIL](views.trail_message(header, trail, world, self._cell))
+            self._show_pose_and_trail()
         self._publish_returns(topics.EPISODE, views.EPISODE_RETURN, 'total_reward')
         self._publish_returns(topics.PROGRESS, views.MEAN_RETURN, 'mean_return')
+
+    def _show_pose_and_trail(self) -> None:
+        """Publish where the robot is, and the path to it; in a table of states it never turns."""
+        trail, header = self._places.centers(self._view.trail), self._header()
+        if len(trail) > 1 and not self._places.are_a_table:
+            self._angle = heading(*trail[-2:]) or 0.0
+        pose = views.pose_message(header, trail[-1], self._angle)
+        self._publish[views.ROBOT](pose)
+        if self._tf_publisher:
+            self._tf_publisher.publish(views.tf_message(self._tf_type, pose, self._robot_frame))
+        self._publish[views.TRAIL](views.trail_message(header, trail))
 
     def _new_states(self) -> Iterable[StateReward]:
         """Return the states since the last time, from the newest start of an episode on."""
@@ -163,34 +172,38 @@ class ViewerNode(SafeParameterNode):
 
     def _show_maps(self) -> None:
         """Publish the maps and markers that changed."""
-        world, cell, header = self._view.world, self._cell, self._header()
+        world, places, header = self._view.world, self._places, self._header()
         changed = self._view.changed - {'state'}
         self._view.changed -= changed
         if world is None or not changed:
             return
         reports = self._view.reports
-        if world.model != 'grid':
-            self._warn_once('no grid', 'a world must be a grid to be shown with maps and markers, '
-                            f'got one of model {world.model.upper()}: only returns are shown')
-            return
+        if 'world' in changed and places.is_map:
+            self._publish[views.MAP](views.map_message(header, world, places))
+        if 'trust' in changed and places.is_map:
+            self._publish[views.TRUST_MAP](
+                views.trust_message(header, world, places, reports.trust))
         if 'world' in changed:
-            self._publish[views.MAP](views.map_message(header, world, cell))
-            self._publish[views.PLACES](views.places_message(header, world, cell))
-        if 'trust' in changed:
-            self._publish[views.TRUST_MAP](views.trust_message(header, world, cell, reports.trust))
-        if len(world.free) > MAX_STATES:
-            self._warn_once('too large', f'a world must have at most {MAX_STATES} cells to be '
-                            f'shown with markers, got {len(world.free)}: only its maps are shown')
+            self._publish[views.PLACES](markers.places_message(header, world, places))
+        if not self._can_have_markers(world):
             return
         if {'trust', 'mentor_policy', 'policy'} & changed:
-            self._publish[views.MENTOR](views.mentor_message(
-                header, world, cell, reports.mentor_policy, reports.trust, reports.policy))
+            self._publish[views.MENTOR](markers.mentor_message(
+                header, world, places, reports.mentor_policy, reports.trust, reports.policy))
         if 'policy' in changed:
             self._publish[views.POLICY](
-                views.policy_message(header, world, cell, reports.policy))
+                markers.policy_message(header, world, places, reports.policy))
         if 'values' in changed:
             self._publish[views.VALUES](
-                views.values_message(header, world, cell, reports.values))
+                markers.values_message(header, world, places, reports.values))
+
+    def _can_have_markers(self, world: World) -> bool:
+        """Return whether a world can be shown with markers in its states; log once if not."""
+        if len(world.free) > MAX_STATES:
+            self._warn_once(
+                'too large', f'a world must have at most {MAX_STATES} states to be shown with '
+                f'markers in them, got {len(world.free)}: its maps, ends and robot are shown')
+        return len(world.free) <= MAX_STATES
 
     def _header(self) -> Header:
         return Header(stamp=self.get_clock().now().to_msg(), frame_id=self._frame)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from comply_ros.plots.grid_plot import INK, PALE, place_axes
+from comply_ros.plots.state_layout import are_distinct
 from comply_ros.plots.trust_colors import TRUST_ANCHORS
 from comply_ros.storage.file_system import printable
 from comply_ros.world.grid import NO_ACTION
@@ -43,7 +44,7 @@ def state_trust_figure(world: World, title: str, advice: NDArray[Any],
     colors[~visited[states]] = [*np.full(3, int(PALE[1], 16) / 15), 1.0]
     names = [printable(world.action_names[a]) for a in advice[states].tolist()]
     positions = world.positions
-    if positions is not None and _are_distinct(positions[world.free]):
+    if positions is not None and are_distinct(positions[world.free]):
         _draw_points(axes, world, positions, states, colors, names)
     else:
         _draw_bars(axes, states, confidence[states], colors, names)
@@ -51,11 +52,6 @@ def state_trust_figure(world: World, title: str, advice: NDArray[Any],
         axes.text(0.5, 0.5, NOTHING_TO_SHOW, transform=axes.transAxes, ha='center', color=INK)
     _add_scale(figure, axes)
     return figure
-
-
-def _are_distinct(positions: NDArray[np.float64]) -> bool:
-    """Whether no two states are at one place, as those of a taxi with and without a passenger."""
-    return len(np.unique(positions, axis=0)) == len(positions)
 
 
 def _draw_bars(axes: Axes, states: NDArray[np.intp], confidence: NDArray[np.float64],

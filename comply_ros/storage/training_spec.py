@@ -83,12 +83,7 @@ def spec_training(map_name: str | os.PathLike[str] | Source = 'maze',
     MapError, ConfigError, MentorError, PolicyError, LearningError: for the first that is wrong.
 
     """
-    config, changed = find_method(method, profile), {}
-    for name, value in (settings or {}).items():
-        config = with_text(config, name, str(value))
-        changed[name] = getattr(config, name)
-    if config.iterations == 0:
-        raise ConfigError('a training needs an end: iterations must be at least 1, got 0')
+    config, changed = _config(method, profile, settings or {})
     for name, number in (('seed', seed), ('mentor_seed', mentor_seed)):
         if not 0 <= number <= SEED_LIMIT:
             raise ConfigError(f'{name} must lie in [0, {SEED_LIMIT}], got {number}')
@@ -105,6 +100,18 @@ def spec_training(map_name: str | os.PathLike[str] | Source = 'maze',
         begin_from(initial, World(source), config)
     return TrainingSpec(name, profile, method, mentor, mentor_seed, seed, changed,
                         budget, advising, start, source, config, spec, initial)
+
+
+def _config(method: str, profile: str,
+            settings: Mapping[str, Any]) -> tuple[LearnerConfig, dict[str, Any]]:
+    """Return a method with the settings, and these in the types of its fields."""
+    config, changed = find_method(method, profile), {}
+    for name, value in settings.items():
+        config = with_text(config, name, str(value))
+        changed[name] = getattr(config, name)
+    if config.iterations == 0:
+        raise ConfigError('a training needs an end: iterations must be at least 1, got 0')
+    return config, changed
 
 
 def _source(given: str | os.PathLike[str] | Source, profile: str) -> tuple[str, Source]:

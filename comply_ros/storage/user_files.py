@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Text and YAML files of users, read within limits of size, nesting and number of values."""
 
+from io import StringIO
 from pathlib import Path
 import re
 from typing import Any, NamedTuple
@@ -120,6 +121,13 @@ def load_yaml(text: str) -> LinedYaml:
         raise YamlError(1, 'got a value inside itself', False) from None
     except (ArithmeticError, ValueError):  # a \\U or %YAML with a number that Python cannot take
         raise YamlError(1, 'got a number beyond all bounds', False) from None
+
+
+def dump_yaml(value: Any) -> str:
+    """Return the YAML text of plain tables, lists and values, as `load_yaml` reads it."""
+    text = StringIO()
+    YAML(typ='safe', pure=True).dump(value, text)
+    return text.getvalue()
 
 
 class _RuleError(MarkedYAMLError):

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The race track of Sutton and Barto (2018), exercise 5.12: a car with a velocity."""
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -53,21 +54,15 @@ def racetrack_table(rows: tuple[str, ...], step_reward: float = -1.0, noise: flo
 
     """
     track = _track(rows, noise, largest_speed)
-    velocities = [(vx, vy) for vy in range(track.speeds) for vx in range(track.speeds)]
     starts = tuple(track.state(place, (0, 0)) for place, cell in track.cells.items()
                    if cell == START)
     count, successor, probability = [], [], []
-    for place, cell in track.cells.items():
-        ahead = {each: _landing(track, place, each) for each in velocities}
-        for velocity in velocities:
-            for change in CHANGES:
-                outcomes = {} if cell == FINISH else _outcomes(
-                    ahead, starts, cell, velocity, change, noise)
-                count.append(len(outcomes))
-                successor += outcomes.keys()
-                probability += outcomes.values()
-    terminal = np.repeat([cell == FINISH for cell in track.cells.values()], len(velocities))
-    places = np.repeat(np.array(list(track.cells), dtype=float), len(velocities), axis=0)
+    for outcomes in _all_outcomes(track, starts, noise):
+        count.append(len(outcomes))
+        successor += outcomes.keys()
+        probability += outcomes.values()
+    terminal = np.repeat([cell == FINISH for cell in track.cells.values()], track.speeds ** 2)
+    places = np.repeat(np.array(list(track.cells), dtype=float), track.speeds ** 2, axis=0)
     limit = default_step_limit(len(terminal)) if step_limit is None else step_limit
     return Table(
         actions=tuple(f'{ax:+d}{ay:+d}' for ax, ay in CHANGES),
@@ -75,7 +70,7 @@ def racetrack_table(rows: tuple[str, ...], step_reward: float = -1.0, noise: flo
         successor=np.array(successor, dtype=np.int32), probability=np.array(probability),
         reward=np.full(len(successor), step_reward), terminal=terminal, starts=starts,
         step_limit=limit, positions=places + 0.5,
-        cells=tuple(cell for cell in track.cells.values() for _ in velocities))
+        cells=tuple(cell for cell in track.cells.values() for _ in range(track.speeds ** 2)))
 
 
 def _track(rows: tuple[str, ...], noise: float, largest_speed: int) -> _Track:
@@ -109,6 +104,18 @@ def _landing(track: _Track, place: tuple[int, int], velocity: Velocity) -> int |
         if track.cells[place] == FINISH:
             break
     return track.state(place, velocity)
+
+
+def _all_outcomes(track: _Track, starts: tuple[int, ...],
+                  noise: float) -> Iterator[dict[int, float]]:
+    """Yield the probability of every successor, for each state and each action in it."""
+    velocities = [(vx, vy) for vy in range(track.speeds) for vx in range(track.speeds)]
+    for place, cell in track.cells.items():
+        ahead = {each: _landing(track, place, each) for each in velocities}
+        for velocity in velocities:
+            for change in CHANGES:
+                yield {} if cell == FINISH else _outcomes(
+                    ahead, starts, cell, velocity, change, noise)
 
 
 def _outcomes(ahead: dict[Velocity, int | None], starts: tuple[int, ...], cell: str,

@@ -32,8 +32,10 @@ def table_policy_values(table: Table, pi: Floats) -> Floats:
     earned = np.bincount(state, likely * table.reward[happens], minlength=table.n_states)
     values = np.zeros(table.n_states)
     for _ in range(table.step_limit):
-        values = np.add(earned, np.bincount(state, likely * values[successor],
-                                            minlength=table.n_states))
+        before, values = values, np.add(earned, np.bincount(
+            state, likely * values[successor], minlength=table.n_states))
+        if (values == before).all():
+            break  # further sweeps have the same bits
     return values
 
 

@@ -11,6 +11,7 @@ import subprocess
 import sys
 import time
 
+from PIL import Image
 import pytest
 from waiting import DEADLINE
 
@@ -285,6 +286,24 @@ def test_workers_in_another_folder_learn_in_the_map_of_the_sweep(
                     '--scheduler', scheduler, '--out', f'far-{name}.csv'):
                 subprocess.run([*START, f'{name}.yaml', *argv], check=True)
             assert rows(f'far-{name}.csv') == rows(f'near-{name}.csv')
+
+
+@pytest.mark.long
+def test_a_cluster_gets_the_image_of_a_map_of_nav2(scheduler, tmp_path):
+    """The workers stand in another folder: neither of the files is there."""
+    from distributed import Client
+    (tmp_path / 'elsewhere').mkdir()
+    with Client(scheduler) as client:
+        client.run(os.chdir, str(tmp_path / 'elsewhere'))
+    Image.new('L', (4, 4), 254).save('house.png')
+    Path('house.yaml').write_text(
+        '{image: house.png, resolution: 0.5, origin: [0, 0, 0], negate: 0, '
+        'occupied_thresh: 0.65, free_thresh: 0.25}')
+    Path(written(seeds=1)).write_text(Path('a.yaml').read_text().replace(
+        'bar_grid', "'nav2:house.yaml?start=0.25,0.25&goal=1.75,1.75&cell_size=0.5'"))
+    assert run('a.yaml', '--scheduler', scheduler, '--out', 'far.csv') == 0
+    assert run('a.yaml', '--out', 'near.csv') == 0
+    assert rows('far.csv') == rows('near.csv')
 
 
 @pytest.mark.long

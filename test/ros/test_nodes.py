@@ -163,6 +163,12 @@ def test_a_node_that_waits_logs_for_what(tmp_path, name, what):
         assert wait_until(log_has(started[name], what), what)
 
 
+def test_a_world_says_its_step_limit_where_its_map_has_none(tmp_path):
+    with nodes(tmp_path, grid_world=('-p', 'map:=cliff_walking')) as started:
+        wait_until(log_has(started['grid_world'], 'episodes end after 480 steps at the latest, '
+                           'ten times the number of states'), 'a step limit')
+
+
 @pytest.mark.long
 def test_a_world_that_comes_back_while_its_mentor_is_generated_gets_advice(tmp_path, monkeypatch):
     monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path / 'cache'))

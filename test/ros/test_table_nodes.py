@@ -4,6 +4,7 @@
 from dataclasses import replace
 import time
 
+import numpy as np
 import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
@@ -20,6 +21,7 @@ from comply_ros.nodes.mentor import MentorNode
 from comply_ros.nodes.viewer import ViewerNode
 from comply_ros.storage.mentor_cache import mentor_policy, read_mentor_spec
 from comply_ros.world.mdp import World
+from comply_ros.world.table import Table
 
 ARGUMENTS = ('mentor:mentor:=noisy:0.3', 'learner:method:=explicit', 'learner:iterations:=3',
              'learner:episodes:=4', 'grid_world:seed:=4', 'learner:seed:=4')
@@ -64,3 +66,20 @@ def test_nodes_learn_in_a_table_what_one_process_does(executor):
     assert learner.machine.tracker.world.model == 'table'
     assert len(maps[-1].confidence) == 3 and maps[-1].mentor == ''
     assert not any(node.mistake for node in nodes[1:])
+
+
+def test_a_world_with_too_large_a_description_is_rejected_by_its_node_with_its_size(
+        executor, monkeypatch):
+    count = 2 ** 15  # states of 40 bytes: first, successor, probability, reward and position
+    table = Table(
+        actions=('on',), first=np.minimum(np.arange(count + 1), count - 1),
+        successor=np.arange(1, count, dtype=np.int32), probability=np.ones(count - 1),
+        reward=np.zeros(count - 1), terminal=np.arange(count) == count - 1,
+        starts=tuple(range(0, count, 16)), step_limit=9,  # a few sweeps reach all states
+        positions=np.zeros((count, 2)))
+    monkeypatch.setattr(grid_world, 'read_map', lambda name, profile: table)
+    monkeypatch.setattr(topics, 'LARGEST_DESCRIPTION', 2 ** 20)  # a larger world takes seconds
+    with pytest.raises(topics.MessageError) as error:
+        grid_world.GridWorldNode()
+    assert str(error.value) == ('the description of a world must have at most 1 MiB, '
+                                f'got {(40 + 4 / 16) * count / 2 ** 20:.1f} MiB')

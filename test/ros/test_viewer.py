@@ -18,7 +18,12 @@ from waiting import wait_until
 import yaml
 
 from comply_ros.nodes import topics, viewer_messages
-from comply_ros.plots.viewer_geometry import advised_states, occupancy, POINTS_PER_ARROW
+from comply_ros.plots.viewer_geometry import (
+    advised_states,
+    occupancy,
+    places_of,
+    POINTS_PER_ARROW,
+)
 from comply_ros.storage.map_files import read_map
 from comply_ros.storage.mentor_cache import mentor_policy, read_mentor_spec
 from comply_ros.world.mdp import World
@@ -39,16 +44,16 @@ def test_everything_is_shown_and_the_digest_is_the_same(tmp_path, node):
             assert digest_of(learners['learner']) == trained(iterations=4)
             spin_until(node, lambda: all(seen.values()) and len(progress) == 4
                        and len(episodes) >= 20
-                       and seen[viewer_messages.MENTOR][-1].markers[0].colors
+                       and seen[viewer_messages.MENTOR][-1].markers[-1].colors
                        and seen[viewer_messages.MEAN_RETURN][-1].data == progress[-1].mean_return
                        and shows(seen, trust, values), 'views of the last maps')
     world = World(read_map('bar_grid', 'published'))
     grid, policy = world.grid, mentor_policy(read_mentor_spec('noisy:0.3'), world, 0)
     shown = seen[viewer_messages.MAP][-1]
-    assert list(shown.data) == occupancy(world)
+    assert list(shown.data) == occupancy(world, places_of(world, 0.5))
     assert (shown.info.width, shown.info.height) == (grid.width, grid.height)
     assert (shown.info.resolution, shown.header.frame_id) == (0.5, 'map')
-    arrows, = seen[viewer_messages.MENTOR][-1].markers
+    _, arrows = seen[viewer_messages.MENTOR][-1].markers
     assert arrows.type == Marker.TRIANGLE_LIST
     assert len(arrows.points) == len(arrows.colors) == \
         POINTS_PER_ARROW * len(advised_states(world, policy))
@@ -70,6 +75,25 @@ def shows(seen, trust, values):
     return list(seen[viewer_messages.TRUST_MAP][-1].data) == expected and (
         f'white {there.min():.3g}, blue {there.max():.3g}'
         in seen[viewer_messages.VALUES][-1].markers[1].text)
+
+
+def test_a_world_without_a_map_is_shown_by_its_states(tmp_path, node):
+    maps = [received(node, each) for each in (viewer_messages.MAP, viewer_messages.TRUST_MAP)]
+    seen = {each: received(node, each) for each in (
+        viewer_messages.MENTOR, viewer_messages.PLACES, viewer_messages.ROBOT)}
+    with nodes(tmp_path, viewer=VIEWER, grid_world=('-p', 'map:=taxi'),
+               mentor=('-p', 'mentor:=optimal')) as started:
+        spin_until(node, lambda: all(seen.values())
+                   and len(seen[viewer_messages.MENTOR][-1].markers) > 3, 'views of a taxi')
+    world = World(read_map('taxi', 'published'))
+    by_name = {marker.ns: marker for marker in seen[viewer_messages.MENTOR][-1].markers}
+    assert set(by_name) == {'', 'mentor', 'mentor names', 'trust'}
+    assert len(by_name['trust'].points) == world.free.sum()
+    assert by_name['mentor names'].text in ('pu', 'do')
+    place = seen[viewer_messages.ROBOT][-1].pose.position
+    assert (place.x % 0.5, place.y % 0.5) == (0.25, 0.25)
+    assert maps == [[], []]
+    assert 'rejected' not in started['viewer'].log.read_text()
 
 
 def test_a_viewer_that_hangs_stops_no_other_node(tmp_path):

@@ -10,6 +10,7 @@ from tiny_tables import machine
 
 from comply_ros.dashboard import state_svg
 from comply_ros.dashboard.grid_svg import THIN, WIDE
+from comply_ros.plots.state_layout import layout_of
 from comply_ros.storage.map_files import read_map
 from comply_ros.world.grid import DOWN, NO_ACTION, RIGHT
 from comply_ros.world.mdp import World
@@ -33,33 +34,21 @@ def only(world, s, action):
     return policy
 
 
-def test_cells_of_a_map_are_where_they_are_in_the_world(lake):
-    layout = state_svg.layout_of(lake)
-    assert (layout.columns, layout.rows, layout.is_map) == (4, 4, True)
-    assert layout.middle(0) == (20, 140)  # state 0 is at the lower left
-    assert layout.middle(15) == (140, 20)
-    assert layout.size() == (160, 160)
-
-
-@pytest.mark.parametrize('world, columns', [
-    (World(read_map('taxi', 'published')), 23), (World(machine()), 2),
-    (World(Spaces(10, ('go', 'wait'), 5)), 4)])
-def test_states_without_a_place_of_their_own_are_in_their_order(world, columns):
-    layout = state_svg.layout_of(world)
-    assert (layout.columns, layout.is_map) == (columns, False)
-    assert layout.places[0].tolist() == [0, 0] and layout.places[1].tolist() == [1, 0]
-    assert layout.places[columns].tolist() == [0, 1]
-    assert len(np.unique(layout.places, axis=0)) == world.n_states
+def test_state_0_is_at_the_lower_left_of_the_picture(lake):
+    layout = layout_of(lake)
+    assert state_svg.middle(layout, 0) == (20, 140)
+    assert state_svg.middle(layout, 15) == (140, 20)
+    assert state_svg.size(layout) == (160, 160)
 
 
 def test_a_hole_is_a_pit_and_what_earns_most_a_goal(lake):
-    svg = state_svg.cells(lake, state_svg.layout_of(lake))
+    svg = state_svg.cells(lake, layout_of(lake))
     assert (svg.count('class="goal"'), svg.count('class="pit"')) == (1, 4)
     assert svg.count('class="start"') == 1 and shapes(svg)
 
 
 def test_an_action_that_is_a_direction_is_an_arrow_in_the_colour_of_its_trust(lake):
-    layout, trust = state_svg.layout_of(lake), np.ones(16, dtype=np.float32)
+    layout, trust = layout_of(lake), np.ones(16, dtype=np.float32)
     policy = only(lake, 12, RIGHT)
     grey, = shapes(state_svg.mentor_arrows(lake, layout, policy, trust, None))
     assert grey.get('class') == 'unknown' and grey.get('d') == f'M20 20{WIDE[RIGHT]}'
@@ -72,16 +61,14 @@ def test_an_action_that_is_a_direction_is_an_arrow_in_the_colour_of_its_trust(la
 def test_another_action_is_a_sign():
     world = World(machine())
     text, = shapes(state_svg.mentor_arrows(
-        world, state_svg.layout_of(world), only(world, 0, 2), None, None))
+        world, layout_of(world), only(world, 0, 2), None, None))
     assert text.tag == 'text' and text.text == 'rep'
-    assert [state_svg.sign(name) for name in ('up_left', 'pick_up', '12', 'forth')] == [
-        '\u2196', 'pu', '12', 'for']
 
 
 def test_a_diagonal_direction_is_a_turned_arrow():
     world = World(read_map('stochastic_windy', 'published'))
-    layout, s = state_svg.layout_of(world), int(world.starts[0])
-    x, y = layout.middle(s)
+    layout, s = layout_of(world), int(world.starts[0])
+    x, y = state_svg.middle(layout, s)
     path, = shapes(state_svg.mentor_arrows(
         world, layout, only(world, s, world.action_names.index('up_right')), None, None))
     assert path.get('transform') == f'rotate(-45 {x} {y})'
@@ -91,16 +78,16 @@ def test_a_diagonal_direction_is_a_turned_arrow():
 def test_a_sign_of_a_user_is_no_markup():
     world = World(Spaces(2, ('<b>', 'b'), 5))
     text, = shapes(state_svg.learner_arrows(
-        world, state_svg.layout_of(world), only(world, 1, 0)))
+        world, layout_of(world), only(world, 1, 0)))
     assert text.text == '<b>'
 
 
 def test_the_robot_stands_in_its_cell(lake):
-    assert re.search('cx="100" cy="140"', state_svg.robot(state_svg.layout_of(lake), 2))
+    assert re.search('cx="100" cy="140"', state_svg.robot(layout_of(lake), 2))
 
 
 def test_no_actions_are_drawn_where_nobody_could_see_them(monkeypatch, lake):
     monkeypatch.setattr(state_svg, 'MAX_CELLS', 15)
-    layout = state_svg.layout_of(lake)
+    layout = layout_of(lake)
     assert state_svg.mentor_arrows(lake, layout, only(lake, 0, 1), None, None) == ''
     assert state_svg.learner_arrows(lake, layout, only(lake, 0, 1)) == ''

@@ -21,6 +21,7 @@ def test_a_run_learns_what_train_learns(tmp_path):
     train.main(['train', '--map', 'bar_grid', '--method', 'explicit', '--mentor', 'noisy:0.3',
                 '--iterations', '3', '--episodes', '4', '--seed', '5', '--out', str(tmp_path)])
     summary = json.loads((tmp_path / 'summary.json').read_text())
+    assert summary['step_limit'] == 320  # of the map
     learned = training_runs.learn(SHORT)
     assert (learned.digest, learned.returns, learned.steps) == (
         summary['digest'], summary['return_per_iteration'], summary['steps'])

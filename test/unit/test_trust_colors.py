@@ -36,7 +36,7 @@ def test_a_terminal_shows_red_amber_and_green():
 
 def test_what_the_page_and_the_viewer_use_does_not_load_matplotlib():
     code = ('import sys, importlib\n'
-            'for name in ("trust_colors", "running_mean", "viewer_geometry"):\n'
+            'for name in ("trust_colors", "running_mean", "state_layout", "viewer_geometry"):\n'
             '    importlib.import_module(f"comply_ros.plots.{name}")\n'
             '    assert "matplotlib" not in sys.modules, name')
     subprocess.run([sys.executable, '-c', code], check=True)
