@@ -2,7 +2,8 @@
 """Start the grid world, the mentor and the learner: `ros2 launch comply_ros teach.launch.py`."""
 
 import atexit
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from difflib import get_close_matches
 from pathlib import Path
 import shutil
 import tempfile
@@ -12,6 +13,7 @@ from ament_index_python import get_package_prefix, PackageNotFoundError
 from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
 from launch.events.process import ProcessExited
+from launch.logging import get_logger
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
@@ -109,6 +111,7 @@ def write_texts(name: str, texts: dict[str, str]) -> str:
 
 def nodes(context: LaunchContext) -> list[Node]:
     """Return the three nodes and the viewers; raises ValueError if there is no `params_file`."""
+    warn_of_misspelt(context.argv)
     given = {name: LaunchConfiguration(name).perform(context) for name, _, _ in ARGUMENTS}
     if not Path(given['params_file']).is_file():  # launch would warn, and start without it
         raise ValueError(f'params_file must be a file, got {given["params_file"]!r}')
@@ -126,6 +129,20 @@ def nodes(context: LaunchContext) -> list[Node]:
             output='screen', emulate_tty=True, respawn=respawns, respawn_delay=0.5,
             on_exit=end_after(name, respawns)))
     return [*started, *viewers(given), *observers(given)]
+
+
+def warn_of_misspelt(argv: Iterable[str]) -> None:
+    """
+    Log each argument that resembles one of this file; `ros2 launch` accepts any.
+
+    Others may belong to a launch file that includes this one.
+    """
+    known = [name for name, _, _ in ARGUMENTS]
+    for name in (text.partition(':=')[0] for text in argv):
+        similar = get_close_matches(name, known, n=1)
+        if similar and name not in known:
+            get_logger('teach.launch.py').warning(
+                f'argument {name!r} is unknown and has no effect; did you mean {similar[0]!r}?')
 
 
 def viewers(given: dict[str, str]) -> list[Node]:

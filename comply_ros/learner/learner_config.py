@@ -84,43 +84,54 @@ class LearnerConfig:
         False, 'An action that was recommended and not followed is excluded from the choice (3.2)')
     confidence: float = _field(
         0.9, 'First confidence p of scheduled trust (3.2), or how often advice is right in '
-        'policy shaping', 0, 1)
-    confidence_factor: float = _field(1.0, 'Factor on p after each iteration (3.6)', 0, 1)
+        'policy shaping', 0, 1, trusts=('scheduled', 'shaping'))
+    confidence_factor: float = _field(1.0, 'Factor on p after each iteration (3.6)', 0, 1,
+                                      trusts=('scheduled', 'shaping'))
     reuse_factor: float = _field(
-        1.0, 'Factor on p of scheduled trust after each step of an episode (pi-reuse)', 0, 1)
+        1.0, 'Factor on p of scheduled trust after each step of an episode (pi-reuse)', 0, 1,
+        trusts=('scheduled',))
     belief_listen: float = _field(
         8.0, 'First alpha of the Beta belief, first value of listening (3.13), or what head_start '
-        'adds to the value of a recommended action', -ANY, ANY)
+        'adds to the value of a recommended action', -ANY, ANY,
+        trusts=('beta', 'explicit', 'head_start'))
     belief_discard: float = _field(
-        2.0, 'First beta of the Beta belief, or first value of discarding', -ANY, ANY)
+        2.0, 'First beta of the Beta belief, or first value of discarding', -ANY, ANY,
+        trusts=('beta', 'explicit'))
     learns_prior: bool = _field(
         False, 'The first belief in a state is the mean over all states left before, not '
-        'belief_listen and belief_discard (section 5.3)')
+        'belief_listen and belief_discard (section 5.3)', trusts=('beta', 'explicit'))
     exploration_probability: float = _field(
         0.4, 'head_start: probability of trying an action that was never tried; where there is '
-        'advice, times the share of all advice that is not the best action', 0, 1)
+        'advice, times the share of all advice that is not the best action', 0, 1,
+        trusts=('head_start',))
     trust_rate: float = _field(
         1.0, 'Rate of the Beta belief, gamma of (4.2), or weight of the new value, 1 - beta '
-        'of (3.12)', 0, 1000)
+        'of (3.12)', 0, 1000, trusts=('beta', 'explicit'))
     trust_rate_factor: float = _field(
-        1.0, 'Factor on the rate of the Beta belief after each iteration', 0, 1)
-    sign_only: bool = _field(False, 'The Beta belief is updated by the sign of delta alone')
-    bounded_belief: bool = _field(False, 'alpha and beta of the Beta belief are cut at 0')
+        1.0, 'Factor on the rate of the Beta belief after each iteration', 0, 1,
+        trusts=('beta',))
+    sign_only: bool = _field(
+        False, 'The Beta belief is updated by the sign of delta alone', trusts=('beta',))
+    bounded_belief: bool = _field(
+        False, 'alpha and beta of the Beta belief are cut at 0', trusts=('beta',))
     updates_both: bool = _field(
         True, 'Explicit trust updates the values of listening and discarding at every step '
-        '(3.12), not only that of the branch taken')
+        '(3.12), not only that of the branch taken', trusts=('explicit',))
     listen_temperature: float = _field(
-        0.5, 'First temperature of the choice between listening and discarding (3.11)', TINY, ANY)
+        0.5, 'First temperature of the choice between listening and discarding (3.11)', TINY, ANY,
+        trusts=('explicit',))
     listen_temperature_exponent: float = _field(
-        0.55, 'That temperature falls with the visits n of the state as 1 / n^exponent', 0, 2)
+        0.55, 'That temperature falls with the visits n of the state as 1 / n^exponent', 0, 2,
+        trusts=('explicit',))
     guided_steps: int = _field(
         320, 'jump_start: number of first steps of an episode that the mentor guides, at first',
-        0, 1_000_000)
+        0, 1_000_000, trusts=('jump_start',))
     guided_stages: int = _field(
-        10, 'jump_start: number of stages in which the guided steps fall to 0', 1, 1_000_000)
+        10, 'jump_start: number of stages in which the guided steps fall to 0', 1, 1_000_000,
+        trusts=('jump_start',))
     guided_tolerance: float = _field(
         0.1, 'jump_start: the next stage begins when the return of an iteration is at most this '
-        'share below the best one', 0, 1)
+        'share below the best one', 0, 1, trusts=('jump_start',))
     learns: bool = _field(
         True, 'False: act by what was learned before, without exploration and without the mentor, '
         'and learn nothing; a node does so for ever, unless iterations is given too')
@@ -165,6 +176,12 @@ class LearnerConfig:
     def needs_mentor(self) -> bool:
         """Tell whether a decision waits for a recommendation."""
         return self.learns and self.trust != 'none'
+
+    def uses(self, name: str) -> bool:
+        """Tell whether the trust that is set depends on a field."""
+        of_confidence = name in ('confidence', 'confidence_factor')
+        return (self.trust in CONFIG_FIELDS[name].metadata.get('trusts', TRUSTS)
+                or of_confidence and self.cooling_confidence < 1.0)
 
     def trusts_by_time(self) -> bool:
         """Tell whether the confidence depends on the step of the episode, not on the state."""

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from comply_ros.learner.learner_config import ConfigError, LearnerConfig
+from comply_ros.learner.learner_config import CONFIG_FIELDS, ConfigError, LearnerConfig
 from comply_ros.learner.learner_state import DISCARD, IN_POOL, initial_state, LearnerState
 from comply_ros.world.mdp import World
 
@@ -35,6 +35,18 @@ def changed_config(config: LearnerConfig, changes: dict[str, Any],
         raise ConfigError(f'replays must stay {str(config.replays).lower()} while a learner runs, '
                           f'since its arrays differ, got {str(changes["replays"]).lower()}')
     return replace(config, **changes)
+
+
+def words_of_changes(changes: dict[str, Any], config: LearnerConfig) -> str:
+    """
+    Return a sentence about changes: name and value of each, and which have no effect.
+
+    changes: values by name; those of fields are already in the settings.
+    """
+    words = ', '.join(f'{name} {value}' for name, value in changes.items())
+    unused = [name for name in changes if name in CONFIG_FIELDS and not config.uses(name)]
+    without_effect = f'; while trust is {config.trust}, {", ".join(unused)} has no effect'
+    return f'continues with {words}' + (without_effect if unused else '')
 
 
 def changed_state(state: LearnerState, world: World, before: LearnerConfig,

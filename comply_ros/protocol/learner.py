@@ -12,7 +12,7 @@ from comply_ros.learner.agent import Agent, Decision
 from comply_ros.learner.learned import Learned
 from comply_ros.learner.learner_config import CONFIG_FIELDS, LearnerConfig
 from comply_ros.learner.learner_state import LearnerState
-from comply_ros.learner.reconfigure import changed_config
+from comply_ros.learner.reconfigure import changed_config, words_of_changes
 from comply_ros.protocol.advice_buffer import AdviceBuffer
 from comply_ros.protocol.messages import (
     Action,
@@ -308,11 +308,10 @@ class Learner:
             return ()
         self.needs_checkpoint = True
         self.agent.reconfigure(config, self.advice())
-        words = ', '.join(f'{name} {value}' for name, value in changes.items())
         outputs = () if self.agent.finished else self._wake()
         if not config.needs_mentor():
             outputs += self.continue_without_advice()
-        return (Notice(f'continues with {words}'), *outputs)
+        return (Notice(words_of_changes(changes, config)), *outputs)
 
     def state_dict(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
         """Return everything needed to continue later: values for JSON, and arrays by name."""

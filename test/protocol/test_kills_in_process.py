@@ -35,6 +35,7 @@ from comply_ros.protocol.messages import (
 )
 from comply_ros.storage import state_store
 from comply_ros.storage.state_store import StateStore
+from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
 
 SEED = 4
@@ -306,12 +307,13 @@ def test_a_learner_whose_journal_lost_its_end_continues_and_learns_no_wrong_step
     policy = noisy_policy(World(ROOM), 0.3, random_streams(8)[0])
     config = replace(find_method(name, 'published'), episodes=2, iterations=4,
                      measuring_iterations=0)
-    learned, learn = [], agent.learn
+    learned, choose_and_learn = [], agent.choose_and_learn
 
-    def record(s, a, r, s2, *rest):
-        learned.append((s, a, r, s2))
-        learn(s, a, r, s2, *rest)
-    monkeypatch.setattr(agent, 'learn', record)
+    def record(learns, s, a, advice, r, s2, *rest):
+        if learns and a != NO_ACTION:
+            learned.append((s, a, r, s2))
+        return choose_and_learn(learns, s, a, advice, r, s2, *rest)
+    monkeypatch.setattr(agent, 'choose_and_learn', record)
     mortal = network(0.0, config, ROOM, policy, SEED, random.Random(lost))
     for _ in range(300):
         if mortal.on_the_way:

@@ -347,5 +347,17 @@ def test_a_learner_whose_trust_ends_answers_the_observation_that_waited_for_advi
     assert type(action) is Action
 
 
+@pytest.mark.parametrize('changes, words', [
+    ({'confidence': 0.5}, 'continues with confidence 0.5; while trust is beta, confidence has no '
+     'effect'),
+    ({'confidence': 0.5, 'trust': 'scheduled'}, 'continues with confidence 0.5, trust scheduled'),
+    ({'trust_rate': 0.3, 'remembers_advice': False},
+     'continues with trust_rate 0.3, remembers_advice False')])
+def test_a_learner_says_which_changed_setting_has_no_effect(changes, words):
+    learner = Learner(METHODS['published']['beta_implicit'], seed=3)
+    learner.on_world(describe_world(ROOM, 'room', RUN))
+    assert learner.change(changes)[0] == Notice(words)
+
+
 def test_a_world_at_its_first_start_replaces_no_run():
     assert describe_world(ROOM, 'room', RUN).replaces == 0

@@ -51,6 +51,15 @@ def test_it_ends_by_itself_when_the_learner_has_finished(tmp_path, more):
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+def test_a_misspelt_argument_is_named_and_one_of_another_launch_file_is_not(tmp_path):
+    done = launched('mentr:=none', 'robot_name:=r2', 'map:=bar_grid', 'mentor:=optimal',
+                    'iterations:=1', folder=tmp_path)
+    log = done.stdout + done.stderr
+    assert "argument 'mentr' is unknown and has no effect; did you mean 'mentor'?" in log
+    assert log.count('is unknown') == 1
+    assert done.returncode == 0, log
+
+
 @pytest.mark.parametrize('wrong, sentence', [
     ('map:=nowhere', "map 'nowhere': a map must be one of"), ('mentor:=wise', 'a mentor must be'),
     ('seed:=x', 'parameter seed must be an integer')])

@@ -13,9 +13,15 @@ PRESETS = [(profile, name) for profile, table in METHODS.items() for name in tab
 
 
 def trained(name, profile, iterations=4, seed=3):
-    """Return a training after some iterations in `bar_grid`, and their results."""
+    """Return a training of a preset after some iterations in `bar_grid`, and their results."""
+    return train_with(replace(find_method(name, profile), episodes=5, iterations=iterations),
+                      profile, seed)
+
+
+def train_with(config, profile='published', seed=3):
+    """Return a training after all its iterations in `bar_grid`, and their results."""
     world = World(read_map('bar_grid', profile))
     advice = optimal_policy(world)
     advice[::3] = -1  # a mentor without advice in a third of the states
-    learning = Training(world, advice, replace(find_method(name, profile), episodes=5), seed)
-    return learning, [learning.iterate() for _ in range(iterations)]
+    learning = Training(world, advice, config, seed)
+    return learning, [learning.iterate() for _ in range(config.iterations)]

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The settings of a learner: fields, ranges, and how they are read from text."""
 
-from dataclasses import fields
+from dataclasses import fields, replace
 
+from bar_grid_training import train_with
 import pytest
 
 from comply_ros.learner.learner_config import (
@@ -15,6 +16,23 @@ from comply_ros.learner.learner_config import (
     with_text,
 )
 from comply_ros.learner.presets import find_method
+
+# Settings under which each of these values changes what is learned, for the trusts of its field.
+BASIS = LearnerConfig(iterations=12, episodes=5, temperature_factor=0.9, belief_listen=1.0,
+                      belief_discard=1.0, trust_rate=1.0, guided_steps=6, guided_stages=4)
+OTHER_VALUES = {
+    'confidence': 0.3, 'confidence_factor': 0.5, 'reuse_factor': 0.7, 'belief_listen': 3.0,
+    'belief_discard': 8.0, 'learns_prior': True, 'exploration_probability': 0.9,
+    'trust_rate': 0.3, 'trust_rate_factor': 0.5, 'sign_only': True, 'bounded_belief': True,
+    'updates_both': False, 'listen_temperature': 2.0, 'listen_temperature_exponent': 0.1,
+    'guided_steps': 2, 'guided_stages': 1, 'guided_tolerance': 0.0}
+
+
+def learn(config):
+    """Return what a learner with these settings has learned in `bar_grid`, and its returns."""
+    learning, results = train_with(config)
+    state = learning.state
+    return [state.q.tobytes(), state.visits.tobytes(), *(each.mean_return for each in results)]
 
 
 def test_kernels_get_every_field_as_a_number():
@@ -96,3 +114,30 @@ def test_a_text_that_is_no_value_of_the_field_is_rejected(name, text, message):
     with pytest.raises(ConfigError) as error:
         with_text(LearnerConfig(), name, text)
     assert str(error.value).startswith(message)
+
+
+@pytest.mark.parametrize('trust', TRUSTS)
+def test_a_field_that_a_trust_does_not_use_changes_nothing_that_is_learned(trust):
+    known = replace(BASIS, trust=trust)
+    learned = learn(known)
+    for name, value in OTHER_VALUES.items():
+        if not known.uses(name):
+            assert learn(replace(known, **{name: value})) == learned, name
+
+
+@pytest.mark.parametrize('name', OTHER_VALUES)
+def test_a_field_with_trusts_changes_what_each_of_them_learns(name):
+    for trust in CONFIG_FIELDS[name].metadata['trusts']:
+        known = replace(BASIS, trust=trust)
+        assert known.uses(name)
+        assert learn(replace(known, **{name: OTHER_VALUES[name]})) != learn(known), trust
+
+
+def test_the_fields_with_trusts_are_those_tested():
+    assert set(OTHER_VALUES) == {name for name, each in CONFIG_FIELDS.items()
+                                 if 'trusts' in each.metadata}
+
+
+def test_confidence_counts_for_each_trust_where_it_holds_the_temperature():
+    assert not LearnerConfig(trust='beta').uses('confidence')
+    assert LearnerConfig(trust='beta', cooling_confidence=0.5).uses('confidence')
