@@ -8,7 +8,7 @@ from comply_ros.mentor.policy_text import format_policy
 from comply_ros.storage.map_files import read_map
 from comply_ros.storage.mentor_cache import mentor_policy, read_mentor_spec
 from comply_ros.storage.policy_files import read_policy
-from comply_ros.storage.user_files import load_yaml, YamlError
+from comply_ros.storage.user_files import dump_yaml, load_yaml, YamlError
 from comply_ros.world.mdp import World
 
 MAP = """\
@@ -98,3 +98,9 @@ def test_aliases_and_merged_tables_are_what_they_stand_for():
     found = load_yaml('base: &b {x: 1, on: &t true}\nmore: {<<: *b, y: *t}')
     assert found.value == {'base': {'x': 1, 'on': True}, 'more': {'x': 1, 'on': True, 'y': True}}
     assert type(found.value['more']['y']) is bool and type(found.value['base']) is dict
+
+
+def test_what_is_written_is_read_again():
+    table = {'image': 'a b.pgm', 'slips': {90: 1e-05, -90: 0.1}, 'flag': True, 'none': None,
+             'rows': ['..G', '#', ''], 'number': -2.5e+300, 'text': 'yes: no # \u00e4'}
+    assert load_yaml(dump_yaml(table)).value == table
