@@ -175,7 +175,7 @@ def _start_and_watch(options, monitor, discovered, stop, disturbance):
             name = find_external(monitor, executor, options.args.external, lambda: check(stop))
             options = with_external(options, options.args.external, name)
         reference = plan.result()
-        bar.update(task, now='starts the nodes')
+        bar.update(task, description=options.method, now='starts the nodes')
         for process in monitor.processes:
             process.release()
         with disturbance(monitor.processes):

@@ -64,6 +64,7 @@ def test_a_node_that_breaks_a_rule_that_only_a_live_one_shows_fails_just_that(tm
     assert failed == [rule], done.stdout
 
 
+@pytest.mark.long
 def test_a_failure_is_written_as_a_short_bag_whose_name_is_in_the_report(tmp_path):
     with example('own_mentor'):
         done = run('check', 'mentor', '--only', 'M6', '--bags', str(tmp_path / 'bags'),
