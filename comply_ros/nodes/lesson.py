@@ -24,15 +24,14 @@ from comply_ros.nodes.external_node import (
     with_external,
 )
 from comply_ros.nodes.lesson_processes import check_namespace, PARTS, running
+from comply_ros.nodes.lesson_watch import LessonWatch, TAKEN
 from comply_ros.nodes.node_processes import NodeDied, NodeProcess
 from comply_ros.nodes.parameters import FASTEST, SLOWEST
 from comply_ros.nodes.ros_start import RosStartError, start_rclpy
 from comply_ros.nodes.run_monitor import LessonFailed, RunMonitor
 from comply_ros.nodes.spin import POLL_PERIOD
-from comply_ros.nodes.topics import ANOTHER
 from comply_ros.protocol.iteration_counter import IterationCounter
 from comply_ros.storage.learning_file import read_learning
-from comply_ros.storage.mentor_cache import mentor_policy
 from comply_ros.terminal.command_line import real_number
 from comply_ros.terminal.interrupts import check, interrupts, StopFlag
 from comply_ros.terminal.training_options import (
@@ -44,13 +43,8 @@ from comply_ros.terminal.training_options import (
 from comply_ros.world.mdp import World
 from comply_ros.world.reference_returns import AnyReturns, reference_returns
 
-SAVE_TIMEOUT = 10.0  # seconds after which a learner that does not answer is asked again to save
 DISCOVERY = 0.5  # seconds in which most other nodes on the same topics are found
 DISCOVERY_WITH_RESPAWN = 1.0  # as long, where those that are found later are not known as others
-OTHER_MENTORS = ('another mentor speaks: the learner uses the advice of both, and the same '
-                 'options need not give the same bits')
-TAKEN = ('other nodes publish on the topics of this lesson: end them, or give this one a '
-         '--namespace of its own')
 
 
 class LessonResults(NamedTuple):
@@ -179,10 +173,9 @@ def _start_and_watch(options, monitor, discovered, stop, disturbance):
         for process in monitor.processes:
             process.release()
         with disturbance(monitor.processes):
-            advice, outcome = watch(options, monitor, executor, stop,
-                                    lambda text: bar.update(task, now=text),
-                                    lambda text: bar.console.print(text, soft_wrap=True,
-                                                                   markup=False))
+            advice, outcome = LessonWatch(
+                options, monitor, executor, stop, lambda text: bar.update(task, now=text),
+                lambda text: bar.console.print(text, soft_wrap=True, markup=False)).outcome()
     file, policy_return = options.out / 'learning.npz', None
     if outcome['digest'] is not None:
         policy_return = reference.return_of(read_learning(file).policy)
@@ -204,50 +197,3 @@ def lock_topics(namespace: str) -> Generator[None, None, None]:
         except BlockingIOError:
             raise LessonFailed(TAKEN) from None
         yield
-
-
-def watch(options: TrainingOptions, monitor: RunMonitor, executor: SingleThreadedExecutor,
-          stop: StopFlag, show: Callable[[str], Any],
-          show_line: Callable[[str], Any]) -> tuple[NDArray[Any] | None, dict[str, Any]]:
-    """Return the mentor's advice and the outcome, when the learner has finished and saved."""
-    def spin_until(is_reached: Callable[[], bool]) -> None:
-        while not is_reached():
-            check(stop)
-            found_late = not monitor.progress and monitor.most_publishers() > 1
-            if not options.args.respawn and (found_late or monitor.follows_another_world):
-                raise LessonFailed(TAKEN)  # they were there before
-            for process in monitor.processes:
-                if not options.args.respawn:
-                    process.check()
-                elif process.respawn():
-                    show(f'{process.name} was killed and starts again')
-            executor.spin_once(timeout_sec=POLL_PERIOD)
-            note_other_mentors()
-            if monitor.unwell:
-                show('; '.join(monitor.unwell.values()))
-
-    def note_other_mentors() -> None:
-        nonlocal others
-        found = monitor.other_mentors(options.args.respawn) if needs_mentor else 0
-        if found > 0 and not others:
-            show_line(f'lesson: {OTHER_MENTORS}')
-        others = max(others, found)
-
-    others, needs_mentor = 0, options.config.needs_mentor()
-    spin_until(lambda: monitor.finished and (options.args.respawn or monitor.own_run_known))
-    seconds, response = monitor.seconds(), None
-    saves = options.args.external != 'learner' or monitor.can_save
-    while saves and (response is None or response.message.startswith(ANOTHER)):  # of another one
-        future = monitor.save((options.out / 'learning.npz').resolve())
-        end = time.monotonic() + SAVE_TIMEOUT  # it may have been killed meanwhile
-        spin_until(lambda: future.done() or time.monotonic() > end)
-        response = future.result()
-    if response and not response.success:
-        raise LessonFailed(f'the learner could not save: {response.message}')
-    advice = monitor.advice
-    if others and options.args.external != 'mentor':  # any of them may have published
-        advice = mentor_policy(options.spec, World(options.source), options.mentor_seed)
-    return advice, {
-        'seed': options.seed, 'returns': [msg.mean_return for msg in monitor.progress],
-        'steps': monitor.progress[-1].steps, 'wall_seconds': seconds,
-        'digest': response.digest if response else None, 'other_mentors': others}

@@ -11,7 +11,7 @@ import pytest
 from ros_client import ros_client
 from waiting import DEADLINE, wait_until
 
-from comply_ros.nodes.lesson import OTHER_MENTORS
+from comply_ros.nodes.lesson_watch import OTHER_MENTORS
 from comply_ros.nodes.node_processes import START
 
 pytestmark = pytest.mark.usefixtures('domain')
