@@ -9,7 +9,7 @@ from importlib import import_module
 from typing import Any, TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from comply_ros.experiments.in_process import train, TrainingResult
+    from comply_ros.experiments.train_api import train, TrainingResult
 
 __version__ = '0.1.0'
 __all__ = ('train', 'TrainingResult')
@@ -19,7 +19,7 @@ def __getattr__(name: str) -> Any:
     """Load what `__all__` names when it is used for the first time."""
     if name not in __all__:
         raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
-    value = globals()[name] = getattr(import_module('comply_ros.experiments.in_process'), name)
+    value = globals()[name] = getattr(import_module('comply_ros.experiments.train_api'), name)
     return value
 
 

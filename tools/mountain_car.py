@@ -15,7 +15,7 @@ from comply_ros.experiments.stepped_training import SteppedTraining
 from comply_ros.learner.presets import find_method
 from comply_ros.mentor.advice_budget import AdviceBudget
 from comply_ros.plots.grid_plot import write_picture
-from comply_ros.storage.environment_world import EnvironmentName, EnvironmentWorld
+from comply_ros.storage.gymnasium_world import EnvironmentName, EnvironmentWorld
 from comply_ros.terminal.command_line import CommandParser, whole_number
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World

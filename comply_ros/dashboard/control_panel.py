@@ -5,7 +5,7 @@ from nicegui import events, ui
 
 from comply_ros.dashboard.dashboard_node import DashboardNode, PageState
 from comply_ros.dashboard.header_bar import succeeds
-from comply_ros.dashboard.lesson_nodes import WORLD
+from comply_ros.dashboard.node_discovery import WORLD
 
 SPEEDS = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, 0.0)
 

@@ -14,7 +14,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from std_srvs.srv import SetBool, Trigger
 
-from comply_ros.dashboard.lesson_nodes import (
+from comply_ros.dashboard.node_discovery import (
     DEFAULT_NODES,
     LEARNER,
     LessonNode,

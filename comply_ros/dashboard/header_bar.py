@@ -11,8 +11,8 @@ from comply_ros.dashboard.dashboard_node import (
     LOST_AFTER,
     PageState,
 )
-from comply_ros.dashboard.lesson_nodes import LEARNER, missing_text, WORLD
-from comply_ros.dashboard.mentor_seat import MentorSeat
+from comply_ros.dashboard.mentor_ownership import MentorSeat
+from comply_ros.dashboard.node_discovery import LEARNER, missing_text, WORLD
 from comply_ros.dashboard.service_client import ServiceCallError
 from comply_ros.protocol.messages import WorldDescription
 

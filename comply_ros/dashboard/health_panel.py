@@ -6,7 +6,7 @@ from collections import Counter
 from nicegui import ui
 
 from comply_ros.dashboard.dashboard_node import PageState
-from comply_ros.dashboard.lesson_nodes import missing_text
+from comply_ros.dashboard.node_discovery import missing_text
 from comply_ros.nodes.diagnostics import OK, WARN
 
 DOTS = {OK: 'well', WARN: 'waiting'}  # CSS class by level; every other level is 'ill'

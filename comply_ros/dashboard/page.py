@@ -14,8 +14,8 @@ from comply_ros.dashboard.dashboard_node import DashboardNode
 from comply_ros.dashboard.grid_panel import GridPanel
 from comply_ros.dashboard.header_bar import HeaderBar
 from comply_ros.dashboard.health_panel import HealthPanel
+from comply_ros.dashboard.mentor_ownership import MentorSeat
 from comply_ros.dashboard.mentor_panel import MentorPanel
-from comply_ros.dashboard.mentor_seat import MentorSeat
 from comply_ros.dashboard.parameters_panel import ParametersPanel
 from comply_ros.dashboard.picture_panel import PicturePanel
 from comply_ros.plots.trust_colors import trust_color

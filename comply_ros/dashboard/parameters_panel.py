@@ -7,7 +7,7 @@ from nicegui import ui
 
 from comply_ros.dashboard.dashboard_node import DashboardNode, LEARNER_PARAMETERS, PageState
 from comply_ros.dashboard.header_bar import succeeds
-from comply_ros.dashboard.lesson_nodes import LEARNER
+from comply_ros.dashboard.node_discovery import LEARNER
 from comply_ros.dashboard.remote_parameters import RemoteParameter
 
 

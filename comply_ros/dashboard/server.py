@@ -15,7 +15,7 @@ import rclpy
 from comply_ros.dashboard.access_control import AccessControl
 from comply_ros.dashboard.access_token import page_token, print_token
 from comply_ros.dashboard.dashboard_node import DashboardNode
-from comply_ros.dashboard.mentor_seat import MentorSeat
+from comply_ros.dashboard.mentor_ownership import MentorSeat
 from comply_ros.dashboard.request_limits import MAX_MESSAGE, RequestLimits
 from comply_ros.mentor.mentor_policies import MentorError
 from comply_ros.mentor.policy_text import PolicyError

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from comply_ros.experiments.computed_results import END_ITERATIONS, Results
 from comply_ros.experiments.published_results import BAD, COMPLIANT_METHODS, FAIR, OPTIMAL
 from comply_ros.experiments.report_figures import Figure, TRACES, vanishing_counterpart
-from comply_ros.experiments.results import END_ITERATIONS, Results
 from comply_ros.experiments.training_runs import mentor_return, Run
 from comply_ros.world.grid import STEPS
 from comply_ros.world.planning import optimal_policy, STOP_SHARE, sweeps_until, value_iteration

@@ -11,8 +11,8 @@ from matplotlib.ticker import StrMethodFormatter
 import numpy as np
 from numpy.typing import NDArray
 
+from comply_ros.experiments.computed_results import Results
 from comply_ros.experiments.report_figures import Figure
-from comply_ros.experiments.results import Results
 from comply_ros.experiments.seed_statistics import band, interval
 from comply_ros.experiments.training_runs import advice_of, mentor_return, reference_returns_of
 from comply_ros.plots.grid_plot import (

@@ -6,10 +6,10 @@ from math import isnan
 from pathlib import Path
 import shutil
 
+from comply_ros.experiments.computed_results import Results
 from comply_ros.experiments.figure_checks import verdict
 from comply_ros.experiments.report_figures import all_runs, Figure, Mentors
 from comply_ros.experiments.report_tables import table_lines
-from comply_ros.experiments.results import Results
 from comply_ros.experiments.seed_statistics import band, interval
 from comply_ros.experiments.training_runs import mentor_return, reference_returns_of, Run
 from comply_ros.storage.file_system import atomic_write

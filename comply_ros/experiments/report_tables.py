@@ -4,7 +4,7 @@
 from collections.abc import Iterator
 
 from comply_ros.experiments import published_results
-from comply_ros.experiments.extra_figures import (
+from comply_ros.experiments.figures_beyond_report import (
     extra_figures,
     ITERATIONS_ALONE,
     OURS,

@@ -8,13 +8,13 @@ import fcntl
 from pathlib import Path
 
 from comply_ros.experiments import training_runs
-from comply_ros.experiments.executors import completed, local_executor
-from comply_ros.experiments.extra_figures import extra_figures
+from comply_ros.experiments.computed_results import Results
 from comply_ros.experiments.figure_plots import PLOTS
+from comply_ros.experiments.figures_beyond_report import extra_figures
+from comply_ros.experiments.parallel_runs import completed, local_executor
 from comply_ros.experiments.report_figures import all_runs, Figure, Mentors, report_figures
 from comply_ros.experiments.report_files import count_verdicts, numbers_of, write_page
 from comply_ros.experiments.result_cache import ResultCache
-from comply_ros.experiments.results import Results
 from comply_ros.experiments.training_runs import Run, RunResult
 from comply_ros.learner.presets import METHODS
 from comply_ros.mentor.policy_text import format_policy

@@ -7,13 +7,13 @@ from collections.abc import Generator
 from contextlib import closing, contextmanager
 
 from comply_ros.learner.agent import Agent, IterationResult
-from comply_ros.learner.learned import Learned
 from comply_ros.learner.learner_config import LearnerConfig
 from comply_ros.learner.learner_state import LearnerState
+from comply_ros.learner.learning_result import Learned
 from comply_ros.learner.training import Training
 from comply_ros.mentor.advice_budget import AdviceBudget
-from comply_ros.protocol.moves import Moves
-from comply_ros.storage.environment_world import moves_of_map
+from comply_ros.protocol.world_moves import Moves
+from comply_ros.storage.gymnasium_world import moves_of_map
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
 

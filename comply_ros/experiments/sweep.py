@@ -8,9 +8,9 @@ from math import isclose
 from pathlib import Path
 import sys
 
-from comply_ros.experiments import executors
+from comply_ros.experiments import parallel_runs
 from comply_ros.experiments.csv_table import CsvTable, TableError
-from comply_ros.experiments.executors import ClusterError, Executor
+from comply_ros.experiments.parallel_runs import ClusterError, Executor
 from comply_ros.experiments.sweep_grid import Sweep
 from comply_ros.experiments.sweep_yaml import read_sweep, SweepFileError
 from comply_ros.experiments.training_runs import mentor_return, reference_returns_of, Run
@@ -58,7 +58,8 @@ def run(options: argparse.Namespace) -> int:
     """Learn the runs that the table lacks; return the exit code."""
     sweep = read_sweep(options.file)
     path = Path(options.out or Path('runs') / f'{Path(options.file).stem}.csv')
-    columns = [*sweep.axes, *(name for name in executors.RESULT_COLUMNS if name not in sweep.axes)]
+    columns = [*sweep.axes,
+               *(name for name in parallel_runs.RESULT_COLUMNS if name not in sweep.axes)]
     with interrupts() as stop:
         executor = _executor(options, stop)
         with CsvTable(path, columns) as table:
@@ -77,7 +78,7 @@ def run(options: argparse.Namespace) -> int:
                   soft_wrap=True)
     for name in maps_without_model(sweep):
         console.print(f'  {printable(name)} has no model: its runs have no '
-                      f'{", ".join(executors.COMPARED_COLUMNS)}', soft_wrap=True, markup=False)
+                      f'{", ".join(parallel_runs.COMPARED_COLUMNS)}', soft_wrap=True, markup=False)
     return 0
 
 
@@ -93,10 +94,10 @@ def _executor(options: argparse.Namespace, stop: StopFlag) -> AbstractContextMan
         if options.workers is not None:
             raise ConfigError('--workers is for this machine, but a cluster has its own workers: '
                               'leave out --workers or --scheduler')
-        return executors.dask_executor(options.scheduler)
+        return parallel_runs.dask_executor(options.scheduler)
     if options.workers is not None and options.workers < 1:
         raise ConfigError(f'workers must be at least 1, got {options.workers}')
-    return executors.local_executor(executors.measure, stop, options.workers)
+    return parallel_runs.local_executor(parallel_runs.measure, stop, options.workers)
 
 
 def finished_runs(sweep: Sweep, table: CsvTable) -> set[int]:
@@ -131,7 +132,7 @@ def _fill(table: CsvTable, sweep: Sweep, done: set[int], executor: Executor,
     missing = ((k, sweep.run(k)) for k in range(len(sweep)) if k not in done)
     with progress_bar() as bar:
         task = bar.add_task('sweep', total=len(sweep), completed=len(done), now=executor.label)
-        for number, measured in executors.completed(executor, missing, stop):
+        for number, measured in parallel_runs.completed(executor, missing, stop):
             table.append({**sweep.values_of(number), **measured})
             done.add(number)
             bar.update(task, advance=1)

@@ -29,7 +29,7 @@ from comply_ros.experiments.training_runs import (
     setting_value,
 )
 from comply_ros.learner.learner_config import CONFIG_FIELDS, ConfigError
-from comply_ros.learner.snapshot_mentor import validate_mentor
+from comply_ros.learner.mentor_factory import validate_mentor
 from comply_ros.mentor.advice_budget import validate_advice_budget, validate_advising
 from comply_ros.mentor.mentor_policies import FROM_FILES
 from comply_ros.numerics.rng import SEED_LIMIT

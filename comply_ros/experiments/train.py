@@ -6,8 +6,8 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from comply_ros.experiments.executors import completed, local_executor
-from comply_ros.experiments.in_process import train_seed
+from comply_ros.experiments.parallel_runs import completed, local_executor
+from comply_ros.experiments.train_api import train_seed
 from comply_ros.learner.agent import IterationResult
 from comply_ros.learner.learner_config import ConfigError
 from comply_ros.storage.learning_file import save_learning

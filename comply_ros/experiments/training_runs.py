@@ -11,14 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from comply_ros.experiments.stepped_training import training_in
-from comply_ros.learner import metrics
+from comply_ros.learner import return_metrics
 from comply_ros.learner.confidence import confidence_map
 from comply_ros.learner.learner_config import ConfigError, LearnerConfig, with_text
 from comply_ros.learner.presets import find_method
 from comply_ros.learner.training import Training
 from comply_ros.mentor.advice_budget import AdviceBudget, validate_advice_budget
 from comply_ros.mentor.mentor_policies import FROM_FILES
-from comply_ros.mentor.policy import PolicyError
+from comply_ros.mentor.policy_validation import PolicyError
 from comply_ros.storage.map_files import read_world
 from comply_ros.storage.mentor_cache import mentor_policy, policy_of_file, read_mentor_spec
 from comply_ros.terminal.interrupts import StopFlag
@@ -198,11 +198,12 @@ def measures(run: Run, returns: list[float]) -> dict[str, float | None]:
     """
     counted = returns[config_of(run).measuring_iterations:]
     published = run.profile == 'published' and run.map in ('maze', 'maze_as_run')
-    optimal = metrics.PUBLISHED_OPTIMAL if published else reference_returns_of(run).optimal_return
+    optimal = return_metrics.PUBLISHED_OPTIMAL if published else \
+        reference_returns_of(run).optimal_return
     if optimal is None:
         return dict.fromkeys(('time_to_convergence', 'reward_ratio', 'regret'))
-    level = metrics.threshold(run.profile, optimal)
-    convergence = metrics.time_to_convergence(run.profile, counted, level)
+    level = return_metrics.threshold(run.profile, optimal)
+    convergence = return_metrics.time_to_convergence(run.profile, counted, level)
     return {'time_to_convergence': convergence,
-            'reward_ratio': metrics.reward_ratio(counted, convergence, optimal),
-            'regret': metrics.regret(counted[:REGRET_ITERATIONS], optimal)}
+            'reward_ratio': return_metrics.reward_ratio(counted, convergence, optimal),
+            'regret': return_metrics.regret(counted[:REGRET_ITERATIONS], optimal)}

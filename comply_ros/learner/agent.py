@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from comply_ros.learner.exploration import DRAWS
-from comply_ros.learner.learned import begin_from, Learned, learned_by
 from comply_ros.learner.learner_config import LearnerConfig
 from comply_ros.learner.learner_state import initial_state, LATER_ARRAYS, LearnerState
+from comply_ros.learner.learning_result import begin_from, Learned, learned_by
 from comply_ros.learner.learning_step import choose_and_learn
-from comply_ros.learner.model import finish_episode
 from comply_ros.learner.reconfigure import changed_state
 from comply_ros.learner.update_rules import decay_schedules
+from comply_ros.learner.usual_outcome import finish_episode
 from comply_ros.numerics.jit import plain_view
 from comply_ros.numerics.rng import random_streams, UniformRows
 from comply_ros.numerics.summation import mean_in_order

@@ -3,8 +3,8 @@
 
 from comply_ros.learner.learner_config import BETA, KernelConfig
 from comply_ros.learner.learner_state import Array, DISCARD, IN_POOL, LearnerState, LISTEN
+from comply_ros.numerics.action_values import max_q_except, NOTHING
 from comply_ros.numerics.jit import kernel
-from comply_ros.numerics.q_ops import max_q_except, NOTHING
 
 
 @kernel

@@ -18,8 +18,8 @@ from comply_ros.learner.learner_config import (
     SHAPING,
 )
 from comply_ros.learner.learner_state import Array, DISCARD, IN_POOL, LearnerState, LISTEN
+from comply_ros.numerics.action_values import Actions, count_actions, count_untried, max_q_except
 from comply_ros.numerics.jit import kernel
-from comply_ros.numerics.q_ops import Actions, count_actions, count_untried, max_q_except
 
 
 @kernel

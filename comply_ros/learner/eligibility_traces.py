@@ -3,8 +3,8 @@
 
 from comply_ros.learner.learner_config import KernelConfig
 from comply_ros.learner.learner_state import Array
+from comply_ros.numerics.action_values import Actions, count_actions
 from comply_ros.numerics.jit import kernel
-from comply_ros.numerics.q_ops import Actions, count_actions
 
 
 @kernel

@@ -6,14 +6,14 @@ import math
 from comply_ros.learner.confidence import confidence, exploration_probability
 from comply_ros.learner.learner_config import HEAD_START, KernelConfig, NO_TRUST
 from comply_ros.learner.learner_state import Array, LearnerState
-from comply_ros.numerics.jit import kernel
-from comply_ros.numerics.q_ops import (
+from comply_ros.numerics.action_values import (
     Actions,
     count_actions,
     count_untried,
     max_q_except,
     NOTHING,
 )
+from comply_ros.numerics.jit import kernel
 from comply_ros.world.grid import NO_ACTION
 
 DRAWS = 2  # uniforms for each observation: one to listen or not, one for the own choice

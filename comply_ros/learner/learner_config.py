@@ -8,8 +8,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, Field, field, fields, replace
 from typing import Any
 
+from comply_ros.numerics.action_values import actions_for_kernels
 from comply_ros.numerics.number_text import read_integer, read_number
-from comply_ros.numerics.q_ops import actions_for_kernels
 
 TRUSTS = ('none', 'scheduled', 'beta', 'explicit', 'shaping', 'jump_start', 'head_start')
 NO_TRUST, SCHEDULED, BETA, EXPLICIT, SHAPING, JUMP_START, HEAD_START = range(len(TRUSTS))

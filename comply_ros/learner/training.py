@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from comply_ros.learner.agent import Agent, IterationResult
-from comply_ros.learner.learned import Learned
 from comply_ros.learner.learner_config import KernelConfig, LearnerConfig, NO_TRUST
 from comply_ros.learner.learner_state import Array, LearnerState
+from comply_ros.learner.learning_result import Learned
 from comply_ros.learner.learning_step import choose_and_learn
-from comply_ros.learner.model import finish_episode
+from comply_ros.learner.usual_outcome import finish_episode
 from comply_ros.mentor.advice_budget import AdviceBudget, advise, record_action
 from comply_ros.numerics.jit import kernel, specialized
 from comply_ros.numerics.rng import random_streams, UniformRows

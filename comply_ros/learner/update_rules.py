@@ -8,9 +8,9 @@ from comply_ros.learner.eligibility_traces import mark_trace, propagate_along_tr
 from comply_ros.learner.exploration import expected_value
 from comply_ros.learner.learner_config import BETA, EXPLICIT, KernelConfig
 from comply_ros.learner.learner_state import LearnerState
-from comply_ros.learner.model import backup, mark_visited, record_outcome
+from comply_ros.learner.usual_outcome import backup, mark_visited, record_outcome
+from comply_ros.numerics.action_values import count_actions, max_q_except, NOTHING
 from comply_ros.numerics.jit import kernel
-from comply_ros.numerics.q_ops import count_actions, max_q_except, NOTHING
 
 
 @kernel

@@ -11,7 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from comply_ros.mentor.policy import MOST_LISTED, PolicyError, position_text, validate_policy
+from comply_ros.mentor.policy_validation import (
+    MOST_LISTED,
+    PolicyError,
+    position_text,
+    validate_policy,
+)
 from comply_ros.world.grid import ARROWS, CELLS, FREE, NO_ACTION
 from comply_ros.world.mdp import World
 

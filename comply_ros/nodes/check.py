@@ -14,9 +14,9 @@ from typing import Any
 import rclpy
 
 from comply_ros.nodes.check_channel import NoNodeError, RECEIVED, RosChannel
-from comply_ros.nodes.check_common import common_verdicts
-from comply_ros.nodes.check_common import RULES as COMMON_RULES
 from comply_ros.nodes.check_report import FailureBag, verdict_lines, write_bag, write_junit
+from comply_ros.nodes.live_rules import common_verdicts
+from comply_ros.nodes.live_rules import RULES as COMMON_RULES
 from comply_ros.nodes.ros_start import RosStartError, start_rclpy
 from comply_ros.nodes.started_node import SEED, StartedNode
 from comply_ros.protocol import check_learner, check_mentor, check_world

@@ -23,10 +23,10 @@ from comply_ros.nodes.topics import (
     STEP,
     WORLD,
 )
-from comply_ros.protocol.grid_world import GridWorld
 from comply_ros.protocol.messages import Action, Outputs, step_id, StepId, WorldDescription
-from comply_ros.protocol.moves import Moves
 from comply_ros.protocol.validation import rejected_description
+from comply_ros.protocol.world import WorldMachine
+from comply_ros.protocol.world_moves import Moves
 from comply_ros.storage.map_files import read_map
 from comply_ros.storage.map_name import map_title
 from comply_ros.storage.state_store import StateError
@@ -66,7 +66,7 @@ class GridWorldNode(ProtocolNode):
         seed = self.declare(SEED)
         made = self.make_world(seed)
         source = made.source
-        self.machine = GridWorld(source, made.name, new_run(), seed, time.time_ns(), made.moves)
+        self.machine = WorldMachine(source, made.name, new_run(), seed, time.time_ns(), made.moves)
         if source.step_limit == default_step_limit(self.machine.description.states):
             self.get_logger().info(f'episodes end after {source.step_limit} steps at the latest, '
                                    'ten times the number of states')

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from comply_ros.mentor.mentor_policies import MentorError, spoiled_policy
-from comply_ros.mentor.policy import PolicyError
+from comply_ros.mentor.policy_validation import PolicyError
 from comply_ros.nodes.clocks import PaceClock, steady_timer
 from comply_ros.nodes.mentor import in_background, policy_message, recommend
 from comply_ros.nodes.parameters import PATIENCE, STATE_DIR

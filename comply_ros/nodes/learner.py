@@ -14,11 +14,10 @@ import numpy as np
 from rclpy.parameter import Parameter as RosParameter
 from std_srvs.srv import Trigger
 
-from comply_ros.learner.learned import LearningError
 from comply_ros.learner.learner_config import CONFIG_FIELDS, ConfigError, LearnerConfig
+from comply_ros.learner.learning_result import LearningError
 from comply_ros.learner.presets import find_method
 from comply_ros.nodes.clocks import PaceClock, PaceTimer
-from comply_ros.nodes.cost_throttle import CostThrottle
 from comply_ros.nodes.parameters import (
     ADVICE_TIMEOUT,
     config_parameters,
@@ -32,6 +31,7 @@ from comply_ros.nodes.parameters import (
     SEED,
 )
 from comply_ros.nodes.protocol_node import ProtocolNode
+from comply_ros.nodes.publish_throttle import CostThrottle
 from comply_ros.nodes.spin import run_node
 from comply_ros.nodes.topics import (
     ACTION,

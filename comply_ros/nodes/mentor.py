@@ -11,7 +11,7 @@ from typing import Any
 from comply_msgs.srv import Recommend
 
 from comply_ros.mentor.mentor_policies import MentorError
-from comply_ros.mentor.policy import PolicyError
+from comply_ros.mentor.policy_validation import PolicyError
 from comply_ros.nodes.clocks import steady_timer
 from comply_ros.nodes.parameters import ADVISING, BUDGET, MENTOR, MENTOR_SEED, ParameterError
 from comply_ros.nodes.protocol_node import map_text, ProtocolNode

@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 from sensor_msgs.msg import Image
 
 from comply_ros.nodes.clocks import StampClock, steady_timer
-from comply_ros.nodes.cost_throttle import CostThrottle
 from comply_ros.nodes.protocol_node import ProtocolNode
+from comply_ros.nodes.publish_throttle import CostThrottle
 from comply_ros.nodes.topics import IMAGE, IMAGE_QOS, time_message
-from comply_ros.storage.environment_moves import EnvironmentMoves, PictureError
+from comply_ros.storage.gymnasium_moves import EnvironmentMoves, PictureError
 
 
 class PicturePublisher:

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from comply_ros.protocol.emulated_world import PlayedWorld
 from comply_ros.protocol.messages import StateReward
-from comply_ros.protocol.played_world import PlayedWorld
 from comply_ros.protocol.rule_report import Channel, PATIENCE, QUIET, RuleReport
 
 RULES = {

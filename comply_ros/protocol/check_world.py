@@ -7,6 +7,8 @@ from collections.abc import Callable
 from typing import Any
 
 from comply_ros.numerics.rng import random_streams
+from comply_ros.protocol.emulated_learner import PlayedLearner
+from comply_ros.protocol.emulated_world import other_number
 from comply_ros.protocol.messages import (
     ANYONE,
     NO_RUN,
@@ -17,8 +19,6 @@ from comply_ros.protocol.messages import (
 from comply_ros.protocol.observation_checks import ObservationChecks
 from comply_ros.protocol.observation_checks import RULES as OBSERVATIONS
 from comply_ros.protocol.plan_shortening import Plan
-from comply_ros.protocol.played_learner import PlayedLearner
-from comply_ros.protocol.played_world import other_number
 from comply_ros.protocol.rule_report import (
     Channel,
     PATIENCE,

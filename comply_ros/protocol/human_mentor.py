@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from comply_ros.mentor.policy import PolicyError, validate_advice, validate_policy
+from comply_ros.mentor.policy_validation import PolicyError, validate_advice, validate_policy
 from comply_ros.protocol.mentor import Mentor
 from comply_ros.protocol.messages import Outputs, Recommendation, StateReward, step_id
 from comply_ros.protocol.validation import validate_observation

@@ -9,9 +9,9 @@ from typing import Any
 from numpy.typing import NDArray
 
 from comply_ros.learner.agent import Agent, Decision
-from comply_ros.learner.learned import Learned
 from comply_ros.learner.learner_config import CONFIG_FIELDS, LearnerConfig
 from comply_ros.learner.learner_state import LearnerState
+from comply_ros.learner.learning_result import Learned
 from comply_ros.learner.reconfigure import changed_config, words_of_changes
 from comply_ros.protocol.advice_buffer import AdviceBuffer
 from comply_ros.protocol.messages import (

@@ -4,8 +4,8 @@
 from __future__ import annotations
 
 from comply_ros.numerics.rng import random_streams
+from comply_ros.protocol.emulated_world import PlayedWorld
 from comply_ros.protocol.messages import Action, ANYONE, Recommendation, StateReward
-from comply_ros.protocol.played_world import PlayedWorld
 from comply_ros.protocol.rule_report import Channel, PATIENCE, QUIET, RuleReport
 from comply_ros.world.grid import NO_ACTION
 

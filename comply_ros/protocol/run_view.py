@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from comply_ros.mentor.policy import PolicyError, validate_policy
+from comply_ros.mentor.policy_validation import PolicyError, validate_policy
 from comply_ros.protocol.messages import (
     Action,
     Episode,

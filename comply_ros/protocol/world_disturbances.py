@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from comply_ros.protocol.emulated_learner import PlayedLearner
+from comply_ros.protocol.emulated_world import other_number
 from comply_ros.protocol.messages import ANYONE, StateReward
 from comply_ros.protocol.observation_checks import ObservationChecks
-from comply_ros.protocol.played_learner import PlayedLearner
-from comply_ros.protocol.played_world import other_number
 from comply_ros.protocol.rule_report import Channel, QUIET, RuleReport
 from comply_ros.world.grid import NO_ACTION
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from comply_ros.storage.user_files import shown
 from comply_ros.world.grid import default_step_limit, MapError, MOST_STEPS
-from comply_ros.world.table import Table
+from comply_ros.world.transition_table import Table
 
 RGB_ARRAY = 'rgb_array'  # the render mode of Gymnasium in which `render` returns a picture
 

@@ -11,9 +11,9 @@ from zipfile import ZipFile
 import numpy as np
 from numpy.typing import NDArray
 
-from comply_ros.learner.learned import Learned, LearningError
 from comply_ros.learner.learner_config import ConfigError, LearnerConfig
 from comply_ros.learner.learner_state import LATER_ARRAYS, LearnerState
+from comply_ros.learner.learning_result import Learned, LearningError
 from comply_ros.storage.file_system import atomic_write, path_errors, PathError
 from comply_ros.storage.versions import FORMAT_VERSION
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from comply_ros.learner.presets import METHODS
 from comply_ros.numerics.number_text import NumberError, read_number
-from comply_ros.storage.cell_keys import (
+from comply_ros.storage.cell_rules_yaml import (
     CELL_KEYS,
     marked_starts,
     needs_cell_rules,
@@ -18,17 +18,17 @@ from comply_ros.storage.cell_keys import (
     read_rows,
     read_whole,
 )
-from comply_ros.storage.environment_world import EnvironmentWorld, read_environment_name
 from comply_ros.storage.file_system import PathError
+from comply_ros.storage.gymnasium_world import EnvironmentWorld, read_environment_name
 from comply_ros.storage.map_name import GYM, map_names, NAV2, parse_map_name
-from comply_ros.storage.named_worlds import named_world
 from comply_ros.storage.nav2_maps import nav2_rows, nav2_state, read_nav2_map, read_points
+from comply_ros.storage.taxi_racetrack_maps import named_world
 from comply_ros.storage.user_files import load_yaml, read_text, shown, YamlError
-from comply_ros.world.cell_table import table_of
+from comply_ros.world.cell_rules_table import table_of
 from comply_ros.world.grid import default_step_limit, FREE, Grid, MapError, OBSTACLE
 from comply_ros.world.mdp import Source
-from comply_ros.world.spaces import Spaces
-from comply_ros.world.table import Table
+from comply_ros.world.transition_table import Table
+from comply_ros.world.unmodelled_world import Spaces
 
 REQUIRED_KEYS = ('intended', 'rewards', 'starts', 'rows')
 OPTIONAL_KEYS = ('step_limit', 'profiles', 'slips_bump', 'extends')

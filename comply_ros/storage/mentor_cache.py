@@ -8,8 +8,8 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from comply_ros.learner.learned import LearningError
-from comply_ros.learner.snapshot_mentor import make_policy
+from comply_ros.learner.learning_result import LearningError
+from comply_ros.learner.mentor_factory import make_policy
 from comply_ros.mentor.mentor_policies import (
     FROM_FILES,
     MentorError,
@@ -17,8 +17,8 @@ from comply_ros.mentor.mentor_policies import (
     parse_mentor_spec,
     sparse_policy,
 )
-from comply_ros.mentor.policy import PolicyError
 from comply_ros.mentor.policy_text import format_policy, parse_policy
+from comply_ros.mentor.policy_validation import PolicyError
 from comply_ros.storage.file_system import atomic_write, PathError
 from comply_ros.storage.kernel_cache import cache_folder
 from comply_ros.storage.learning_file import read_learning

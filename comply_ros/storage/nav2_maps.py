@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from comply_ros.storage.cell_keys import read_real
+from comply_ros.storage.cell_rules_yaml import read_real
 from comply_ros.storage.file_system import path_errors, PathError
 from comply_ros.storage.user_files import load_yaml, read_text, shown, YamlError
 from comply_ros.world.grid import FREE, GOAL, LARGEST_SIDE, MapError, OBSTACLE

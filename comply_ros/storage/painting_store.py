@@ -6,7 +6,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from comply_ros.mentor.policy import PolicyError
+from comply_ros.mentor.policy_validation import PolicyError
 from comply_ros.storage.policy_files import read_policy, write_policy
 from comply_ros.storage.state_store import lock_state_dir
 from comply_ros.world.mdp import World

@@ -7,7 +7,7 @@ from pathlib import Path
 import tempfile
 from typing import Any
 
-from comply_ros.learner import metrics
+from comply_ros.learner import return_metrics
 from comply_ros.storage.file_system import atomic_write, path_errors, PathError
 from comply_ros.storage.training_spec import TrainingSpec
 from comply_ros.world.reference_returns import AnyReturns
@@ -92,11 +92,11 @@ def compared_with(optimal_return: float | None, profile: str,
     """
     if optimal_return is None:
         return dict.fromkeys(COMPARED)
-    threshold = metrics.threshold(profile, optimal_return)
-    convergence = metrics.time_to_convergence(profile, counted, threshold)
+    threshold = return_metrics.threshold(profile, optimal_return)
+    convergence = return_metrics.time_to_convergence(profile, counted, threshold)
     return dict(zip(COMPARED, (
-        threshold, convergence, metrics.reward_ratio(counted, convergence, optimal_return),
-        metrics.regret(counted, optimal_return)), strict=True))
+        threshold, convergence, return_metrics.reward_ratio(counted, convergence, optimal_return),
+        return_metrics.regret(counted, optimal_return)), strict=True))
 
 
 def write_json(path: Path, table: dict[str, Any]) -> Path:

@@ -9,7 +9,7 @@ import numpy as np
 
 from comply_ros.storage.user_files import shown
 from comply_ros.world.grid import MapError
-from comply_ros.world.table import MOST_STATES
+from comply_ros.world.transition_table import MOST_STATES
 
 Limits = Sequence[tuple[float, float]]
 BINS = 20  # intervals in each dimension of a Box, where nothing else is said

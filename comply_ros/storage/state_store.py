@@ -29,7 +29,7 @@ from comply_ros.storage.file_system import (
     write_synced,
 )
 from comply_ros.storage.journal import DamagedError, JournalCodec
-from comply_ros.storage.name_lock import NameLock, NameTakenError
+from comply_ros.storage.state_dir_lock import NameLock, NameTakenError
 from comply_ros.storage.user_files import shown
 from comply_ros.storage.versions import FORMAT_VERSION
 

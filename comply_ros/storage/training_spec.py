@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import os
 from typing import Any
 
-from comply_ros.learner.learned import begin_from, Learned
 from comply_ros.learner.learner_config import ConfigError, LearnerConfig, with_text
+from comply_ros.learner.learning_result import begin_from, Learned
+from comply_ros.learner.mentor_factory import validate_mentor
 from comply_ros.learner.presets import find_method
-from comply_ros.learner.snapshot_mentor import validate_mentor
 from comply_ros.mentor.advice_budget import (
     UNLIMITED,
     validate_advice_budget,
@@ -24,8 +24,8 @@ from comply_ros.storage.map_files import read_world
 from comply_ros.storage.mentor_cache import policy_of_file, read_mentor_spec
 from comply_ros.world.grid import Grid
 from comply_ros.world.mdp import Source, World
-from comply_ros.world.spaces import Spaces
-from comply_ros.world.table import Table
+from comply_ros.world.transition_table import Table
+from comply_ros.world.unmodelled_world import Spaces
 
 
 @dataclass(frozen=True)

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 import sys
 
-from comply_ros.learner.learned import LearningError
 from comply_ros.learner.learner_config import ConfigError
+from comply_ros.learner.learning_result import LearningError
 from comply_ros.learner.presets import METHODS
 from comply_ros.mentor.advice_budget import UNLIMITED
 from comply_ros.mentor.mentor_policies import FROM_FILES, MentorError
-from comply_ros.mentor.policy import PolicyError
-from comply_ros.storage.environment_moves import EnvironmentFault
+from comply_ros.mentor.policy_validation import PolicyError
+from comply_ros.storage.gymnasium_moves import EnvironmentFault
 from comply_ros.storage.map_name import file_stem, map_names, OTHER_MAPS
 from comply_ros.storage.run_files import OutputError, prepare_folder
 from comply_ros.storage.training_spec import spec_training, TrainingSpec

@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import action_type, World
 from comply_ros.world.policy_values_jit import compiled_policy_values
-from comply_ros.world.table import Table
 from comply_ros.world.table_planning import (
     ending_policy,
     endless_state,
     table_action_values,
     table_policy_values,
 )
+from comply_ros.world.transition_table import Table
 from comply_ros.world.value_iteration_jit import compiled_value_iteration, has_compiler
 
 Floats = NDArray[np.float64]

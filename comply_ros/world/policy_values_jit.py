@@ -5,7 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from comply_ros.numerics.jit import kernel, run_compiled
-from comply_ros.world.table import Table
+from comply_ros.world.transition_table import Table
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -8,7 +8,7 @@ import numpy as np
 
 from comply_ros.world.cell_rules import START
 from comply_ros.world.grid import default_step_limit, FREE, MapError, OBSTACLE
-from comply_ros.world.table import Table
+from comply_ros.world.transition_table import Table
 
 FINISH = 'F'
 TRACK_CELLS = (FREE, OBSTACLE, START, FINISH)

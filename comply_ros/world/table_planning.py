@@ -4,7 +4,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from comply_ros.world.table import Table
+from comply_ros.world.transition_table import Table
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]

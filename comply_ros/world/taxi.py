@@ -6,9 +6,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from comply_ros.world.cell_rules import BUILT_IN, CellRules, Letter
-from comply_ros.world.cell_table import table_of
+from comply_ros.world.cell_rules_table import table_of
 from comply_ros.world.grid import ACTION_NAMES, default_step_limit, FREE, MapError, OBSTACLE
-from comply_ros.world.table import Table
+from comply_ros.world.transition_table import Table
 
 ACTIONS = (*ACTION_NAMES, 'pick_up', 'drop_off')
 MOST_STATES = 200_000

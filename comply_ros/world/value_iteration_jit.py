@@ -4,8 +4,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from comply_ros.numerics.action_values import NOTHING
 from comply_ros.numerics.jit import compiled, kernel, run_compiled
-from comply_ros.numerics.q_ops import NOTHING
 from comply_ros.world.mdp import World
 
 Floats = NDArray[np.float64]

@@ -26,7 +26,7 @@ while not stop.is_set():
 """
 EXPERIMENT = """
 from concurrent.futures import Future
-from comply_ros.experiments.executors import completed, Executor
+from comply_ros.experiments.parallel_runs import completed, Executor
 executor = Executor('one', lambda job: Future(), Future.result, max_pending=1)
 {}
 try:

@@ -16,7 +16,7 @@ import pytest
 from waiting import DEADLINE
 
 from comply_ros.experiments import sweep
-from comply_ros.experiments.in_process import train
+from comply_ros.experiments.train_api import train
 from comply_ros.experiments.training_runs import learn, Run
 
 FILE = """
@@ -108,7 +108,7 @@ def test_runs_in_the_table_are_not_repeated(capsys, monkeypatch):
     before = Path('runs/a.csv').read_text()
     assert run(written(seeds=3)) == 0
     assert Path('runs/a.csv').read_text().startswith(before)
-    monkeypatch.setattr('comply_ros.experiments.executors.completed', None)
+    monkeypatch.setattr('comply_ros.experiments.parallel_runs.completed', None)
     assert run(written(seeds=3)) == 0
     assert capsys.readouterr().out.endswith('runs/a.csv: 24 runs, 0 of them new\n')
 
@@ -335,7 +335,7 @@ def test_a_lost_cluster_is_one_sentence():
 @pytest.mark.parametrize('listens', [False, True])
 @pytest.mark.long
 def test_a_scheduler_that_does_not_answer_is_one_sentence(capsys, monkeypatch, listens):
-    monkeypatch.setattr('comply_ros.experiments.executors.CONNECT_TIMEOUT', 1)
+    monkeypatch.setattr('comply_ros.experiments.parallel_runs.CONNECT_TIMEOUT', 1)
     with socket.socket() as silent:
         silent.bind(('127.0.0.1', 0))
         if listens:

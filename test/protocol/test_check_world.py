@@ -10,16 +10,16 @@ from tiny_tables import frozen_lake
 from tiny_worlds import grid
 
 from comply_ros.protocol.check_world import RULES, world_plan, WorldCheck
-from comply_ros.protocol.grid_world import GridWorld
 from comply_ros.protocol.messages import Action, Episode, StateReward, WorldDescription
-from comply_ros.protocol.moves import ModelMoves
 from comply_ros.protocol.rule_report import FAIL, NOT_REACHED
+from comply_ros.protocol.world import WorldMachine
+from comply_ros.protocol.world_moves import ModelMoves
 from comply_ros.world.mdp import World
 
 RUN = 11
 
 
-def checked_world(change=unchanged, machine=GridWorld, source=ROOM, steps=300, run=RUN,
+def checked_world(change=unchanged, machine=WorldMachine, source=ROOM, steps=300, run=RUN,
                   make=None, **options):
     runs = count(5000)
     make = make or (lambda seed: machine(source, 'room', next(runs), seed))
@@ -32,7 +32,7 @@ def test_our_world_passes_every_rule(source):
     assert results(checked_world(source=source, steps=2000)) == {FAIL: [], NOT_REACHED: []}
 
 
-class Restless(GridWorld):
+class Restless(WorldMachine):
     """Moves once, after its fourth repetition, without an action."""
 
     repetitions = 0
@@ -44,14 +44,14 @@ class Restless(GridWorld):
         return super().repeat(silence)
 
 
-class Skipping(GridWorld):
+class Skipping(WorldMachine):
     """Leaves episode 2 out."""
 
     def _start_episode(self, episode):
         return super()._start_episode(episode + (episode == 2))
 
 
-class Changing(GridWorld):
+class Changing(WorldMachine):
     """Repeats an observation with another reward, once."""
 
     repetitions = 0
@@ -62,7 +62,7 @@ class Changing(GridWorld):
                      and self.repetitions == 1 else each for each in super().repeat(silence))
 
 
-class Nameless(GridWorld):
+class Nameless(WorldMachine):
     """Gives the learner no number."""
 
     def on_action(self, msg):
@@ -72,7 +72,7 @@ class Nameless(GridWorld):
                      for each in outputs)
 
 
-class Hasty(GridWorld):
+class Hasty(WorldMachine):
     """Accepts an action for the observation that comes after the open one."""
 
     def on_action(self, msg):
@@ -82,7 +82,7 @@ class Hasty(GridWorld):
         return super().on_action(msg)
 
 
-class Patient(GridWorld):
+class Patient(WorldMachine):
     """Accepts an action for an observation that was answered."""
 
     def on_action(self, msg):
@@ -92,14 +92,14 @@ class Patient(GridWorld):
         return super().on_action(msg)
 
 
-class Stubborn(GridWorld):
+class Stubborn(WorldMachine):
     """Keeps its run for a learner that is gone."""
 
     def repeat(self, silence):
         return super().repeat(0.0)
 
 
-class Timid(GridWorld):
+class Timid(WorldMachine):
     """Becomes inactive beside another world, although it was answered."""
 
     def on_world(self, msg, age):
@@ -108,14 +108,14 @@ class Timid(GridWorld):
         return outputs
 
 
-class Silent(GridWorld):
+class Silent(WorldMachine):
     """Does not answer another world."""
 
     def on_world(self, msg, age):
         return ()
 
 
-class Lost(GridWorld):
+class Lost(WorldMachine):
     """Does not say which run its new one replaces."""
 
     def reset(self, run, began):
@@ -123,7 +123,7 @@ class Lost(GridWorld):
                      for each in super().reset(run, began))
 
 
-class Repeating(GridWorld):
+class Repeating(WorldMachine):
     """Publishes an observation again after the next one."""
 
     def on_action(self, msg):
@@ -131,7 +131,7 @@ class Repeating(GridWorld):
         return (*outputs, before) if self.observation != before and before.step == 2 else outputs
 
 
-class Moved(GridWorld):
+class Moved(WorldMachine):
     """Moves by `moves`, a change of those of the model."""
 
     moves = ModelMoves
@@ -180,12 +180,12 @@ def new_limit():
 
 def always_5(_seed, runs=count(7000)):
     """Return a world that ignores its seed."""
-    return GridWorld(ROOM, 'room', next(runs), 5)
+    return WorldMachine(ROOM, 'room', next(runs), 5)
 
 
 def replacing(seed, runs=count(8000)):
     """Return a world that says, at its start, that it replaces another one."""
-    world = GridWorld(ROOM, 'room', next(runs), seed)
+    world = WorldMachine(ROOM, 'room', next(runs), seed)
     world.description = world.description._replace(replaces=77)
     return world
 
@@ -230,7 +230,7 @@ def test_a_table_that_never_ends_is_found():
 
 
 def test_a_world_that_another_learner_owns_is_waited_for():
-    world = GridWorld(ROOM, 'room', RUN, seed=5)
+    world = WorldMachine(ROOM, 'room', RUN, seed=5)
     world.on_action(Action(RUN, 1, 0, 1, False, 0.0, learner=77))
     assert results(WorldCheck(WorldChannel(world), 1, world_plan(300)).run())[FAIL] == []
 
@@ -240,12 +240,12 @@ def test_a_world_may_repeat_slowly():
         def restart_pauses(self):
             super().restart_pauses()
             self._pause, self._next = 2.0, self.time + 2.0
-    world = GridWorld(ROOM, 'room', RUN, seed=5)
+    world = WorldMachine(ROOM, 'room', RUN, seed=5)
     assert results(WorldCheck(Slow(world), 1, world_plan(50)).run())[FAIL] == []
 
 
 def test_a_world_that_never_repeats_fails_the_rule_on_repeats():
-    class Mute(GridWorld):
+    class Mute(WorldMachine):
         def repeat(self, silence):
             return ()
     assert results(checked_world(machine=Mute))[FAIL] == ['W11', 'W14']
@@ -254,7 +254,7 @@ def test_a_world_that_never_repeats_fails_the_rule_on_repeats():
 def test_a_world_that_slips_more_often_than_it_says_fails_the_rule_on_its_moves():
     described = grid(*ROOM.rows, starts=(0, 4), limit=30, intended=0.95)
     real = grid(*ROOM.rows, starts=(0, 4), limit=30, intended=0.7)
-    told = GridWorld(described, 'room', RUN, seed=5).description
+    told = WorldMachine(described, 'room', RUN, seed=5).description
     verdicts = checked_world(only(WorldDescription, lambda msg: told._replace(
         run=msg.run, replaces=msg.replaces)), source=real, steps=2000)
     assert results(verdicts)[FAIL] == ['W22']
@@ -270,7 +270,7 @@ def test_what_needs_a_reset_or_a_restart_is_not_reached_without():
     class Fixed(WorldChannel):
         def restart(self, seed):
             return False
-    world = GridWorld(ROOM, 'room', RUN, seed=5)
+    world = WorldMachine(ROOM, 'room', RUN, seed=5)
     found = results(WorldCheck(Fixed(world, resets=False), 1, world_plan(300)).run())
     assert found == {FAIL: [], NOT_REACHED: ['W16', 'W17', 'W23', 'W24']}
 

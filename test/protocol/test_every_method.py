@@ -10,9 +10,9 @@ from tiny_worlds import grid
 
 from comply_ros.learner.presets import find_method
 from comply_ros.learner.training import Training
-from comply_ros.protocol.grid_world import GridWorld
 from comply_ros.protocol.learner import Learner
 from comply_ros.protocol.mentor import Mentor
+from comply_ros.protocol.world import WorldMachine
 from comply_ros.protocol.world_description import describe_world
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import optimal_policy
@@ -29,7 +29,7 @@ def test_a_training_over_messages_has_the_digest_of_one_in_process(profile, meth
     mentor = Mentor(0)
     mentor.on_world(describe_world(ROOM, 'room', RUN))
     mentor.use(advice)
-    network = OrderedNetwork(GridWorld(ROOM, 'room', RUN, SEED), mentor, Learner(config, SEED))
+    network = OrderedNetwork(WorldMachine(ROOM, 'room', RUN, SEED), mentor, Learner(config, SEED))
     network.run()
     assert network.learner.finished
     training = Training(World(ROOM), advice, config, SEED)

@@ -16,7 +16,6 @@ from comply_ros.learner.training import Training
 from comply_ros.mentor.advice_budget import AdviceBudget
 from comply_ros.mentor.mentor_policies import noisy_policy
 from comply_ros.numerics.rng import random_streams
-from comply_ros.protocol.grid_world import GridWorld
 from comply_ros.protocol.learner import Learner
 from comply_ros.protocol.messages import (
     Action,
@@ -26,6 +25,7 @@ from comply_ros.protocol.messages import (
     StateReward,
     WorldDescription,
 )
+from comply_ros.protocol.world import WorldMachine
 from comply_ros.storage.map_files import read_map
 from comply_ros.world.mdp import World
 from examples import examples, GENERATE
@@ -124,7 +124,7 @@ def test_garbage_changes_no_bit_and_stops_no_training(name, remembers_advice, bu
 
 def make_pair():
     """Return a world, and a learner without a mentor that has answered its first observation."""
-    world = GridWorld(BAR, 'bar', RUN, 4)
+    world = WorldMachine(BAR, 'bar', RUN, 4)
     learner = Learner(find_method('q_learning', 'published'), 4)
     learner.on_world(world.description)
     world.on_action(*learner.observe(world.observation))

@@ -19,7 +19,6 @@ from comply_ros.learner.training import Training
 from comply_ros.mentor.advice_budget import AdviceBudget
 from comply_ros.mentor.mentor_policies import noisy_policy, sparse_policy
 from comply_ros.numerics.rng import random_streams
-from comply_ros.protocol.grid_world import GridWorld
 from comply_ros.protocol.learner import Learner
 from comply_ros.protocol.mentor import Mentor
 from comply_ros.protocol.messages import (
@@ -33,6 +32,7 @@ from comply_ros.protocol.messages import (
     StateReward,
     WorldDescription,
 )
+from comply_ros.protocol.world import WorldMachine
 from comply_ros.storage import state_store
 from comply_ros.storage.state_store import StateStore
 from comply_ros.world.grid import NO_ACTION
@@ -78,7 +78,7 @@ class MortalNetwork(ShuffledNetwork):
         self.latched, self.stores, self.moves = {}, {}, set()
         super().__init__(config, grid, policy, seed, shuffle, remembers_advice, budget, mode)
         self._make = {
-            'world': lambda: GridWorld(grid, 'map', RUN, SEED),
+            'world': lambda: WorldMachine(grid, 'map', RUN, SEED),
             'mentor': lambda: Mentor(budget, mode),
             'learner': lambda: Learner(config, SEED, remembers_advice, 1 + self.kills)}
         self.on_the_way, self.latched = [], {}

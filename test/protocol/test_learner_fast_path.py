@@ -9,9 +9,9 @@ import pytest
 from tiny_worlds import grid
 
 from comply_ros.learner.presets import find_method
-from comply_ros.protocol.grid_world import GridWorld
 from comply_ros.protocol.learner import Learner
 from comply_ros.protocol.messages import Action, ANYONE, Recommendation
+from comply_ros.protocol.world import WorldMachine
 from comply_ros.protocol.world_description import describe_world
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
@@ -32,7 +32,7 @@ class Twins:
         self.config = replace(find_method(method, 'published'), episodes=2,
                               iterations=self.random.choice((3, 0)))
         self.remembers_advice, self.usual_steps = remembers_advice, 0
-        self.world = GridWorld(GRID, 'small', RUN, seed)
+        self.world = WorldMachine(GRID, 'small', RUN, seed)
         self.history = [self.world.observation]
         self.fast, self.slow = self._make_learner(), self._make_learner()
         self.both('on_world', self.world.description)

@@ -12,7 +12,6 @@ from comply_ros.learner.learner_config import ConfigError
 from comply_ros.learner.learner_state import initial_state
 from comply_ros.learner.presets import METHODS
 from comply_ros.learner.reconfigure import changed_state
-from comply_ros.protocol.grid_world import GridWorld
 from comply_ros.protocol.learner import Learner
 from comply_ros.protocol.mentor import Mentor
 from comply_ros.protocol.messages import (
@@ -24,6 +23,7 @@ from comply_ros.protocol.messages import (
     Rejected,
     StateReward,
 )
+from comply_ros.protocol.world import WorldMachine
 from comply_ros.protocol.world_description import describe_world
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import optimal_policy
@@ -38,7 +38,7 @@ def make_network(config=CONFIG, budget=0, iterations=3):
     mentor.on_world(describe_world(ROOM, 'room', RUN))
     mentor.use(optimal_policy(World(ROOM)))
     learner = Learner(replace(config, iterations=iterations), seed=3)
-    return OrderedNetwork(GridWorld(ROOM, 'room', RUN, 3), mentor, learner)
+    return OrderedNetwork(WorldMachine(ROOM, 'room', RUN, 3), mentor, learner)
 
 
 def finish(network):
@@ -186,9 +186,9 @@ def test_another_map_or_another_run_cannot_replace_this_one():
 
 
 def test_a_restored_world_knows_which_run_it_replaces():
-    world = GridWorld(ROOM, 'room', RUN, 3)
+    world = WorldMachine(ROOM, 'room', RUN, 3)
     world.reset(8, began=1.0)
-    again = GridWorld(ROOM, 'room', 9, 3)
+    again = WorldMachine(ROOM, 'room', 9, 3)
     again.load_state_dict(*world.state_dict(), [])
     assert again.description == world.description
 

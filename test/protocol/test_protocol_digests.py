@@ -15,16 +15,16 @@ from comply_ros.learner.training import Training
 from comply_ros.mentor.advice_budget import AdviceBudget
 from comply_ros.mentor.mentor_policies import noisy_policy, sparse_policy
 from comply_ros.numerics.rng import random_streams
-from comply_ros.protocol.grid_world import GridWorld
 from comply_ros.protocol.learner import Learner
 from comply_ros.protocol.mentor import Mentor
 from comply_ros.protocol.messages import Episode, Progress
+from comply_ros.protocol.world import WorldMachine
 from comply_ros.protocol.world_description import describe_world
 from comply_ros.storage.map_files import read_map
 from comply_ros.world.grid import MapError
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import optimal_policy
-from comply_ros.world.spaces import Spaces
+from comply_ros.world.unmodelled_world import Spaces
 
 
 @pytest.mark.parametrize('profile, name', PRESETS)
@@ -70,7 +70,7 @@ def test_in_a_table_messages_give_the_bits_of_the_compiled_loop(source, name):
     training = Training(World(source), policy, config, seed=4)
     for _ in range(3):
         training.iterate()
-    learner = run_in_order(GridWorld(source, 'table', RUN, 4), config, policy, 4)
+    learner = run_in_order(WorldMachine(source, 'table', RUN, 4), config, policy, 4)
     assert learner.state.digest() == training.state.digest()
 
 
@@ -82,7 +82,7 @@ def test_without_a_model_a_learner_learns_the_same_from_the_same_observations(na
     training = Training(World(table), policy, config, seed=4)
     for _ in range(3):
         training.iterate()
-    robot = GridWorld(table, 'robot', RUN, 4)
+    robot = WorldMachine(table, 'robot', RUN, 4)
     robot.description = describe_world(
         Spaces(table.n_states, table.actions, table.step_limit, table.available), 'robot', RUN)
     learner = run_in_order(robot, config, policy, 4)
@@ -92,7 +92,7 @@ def test_without_a_model_a_learner_learns_the_same_from_the_same_observations(na
 
 def test_a_world_without_a_model_cannot_move():
     with pytest.raises(MapError, match='a world that moves by actions must have a model'):
-        GridWorld(Spaces(3, ('go',), 10), 'robot', RUN, 4)
+        WorldMachine(Spaces(3, ('go',), 10), 'robot', RUN, 4)
 
 
 @pytest.mark.parametrize('mode, remembers_advice', [

@@ -8,10 +8,10 @@ import pytest
 from room_messages import advice, make_learner, ROOM, ROOM_MSG, RUN, state, types
 
 from comply_ros.numerics import rng
-from comply_ros.protocol import grid_world
-from comply_ros.protocol.grid_world import ESTABLISHED, GridWorld, MOST_ANSWERS, RELEASE
+from comply_ros.protocol import world as world_module
 from comply_ros.protocol.messages import Action, ANYONE, Inactive, Rejected
 from comply_ros.protocol.run_tracker import OWNED_BY_OTHER
+from comply_ros.protocol.world import ESTABLISHED, MOST_ANSWERS, RELEASE, WorldMachine
 
 
 @pytest.fixture(autouse=True)
@@ -27,7 +27,7 @@ def learner_alone(number):
 
 def room_world(run=RUN, began=0.0):
     """Return a room at its first observation."""
-    return GridWorld(ROOM, 'room', run, seed=0, began=began)
+    return WorldMachine(ROOM, 'room', run, seed=0, began=began)
 
 
 def test_a_run_belongs_to_the_first_learner_that_answers_and_others_are_rejected():
@@ -259,12 +259,12 @@ def test_a_world_does_not_answer_itself_or_the_run_that_it_replaced():
 
 
 def test_a_world_that_is_answered_does_not_argue_for_ever(monkeypatch):
-    world, read, read_grid = room_world(), [], grid_world.world_from_description
+    world, read, read_grid = room_world(), [], world_module.world_from_description
 
     def read_and_note(msg):
         read.append(msg)
         return read_grid(msg)
-    monkeypatch.setattr(grid_world, 'world_from_description', read_and_note)
+    monkeypatch.setattr(world_module, 'world_from_description', read_and_note)
     world.on_action(Action(RUN, 1, 0, 1, False, 0.0, 5))
     outputs = [world.on_world(ROOM_MSG._replace(run=8), 0.5) for _ in range(MOST_ANSWERS + 5)]
     assert [len(each) for each in outputs] == [2] * MOST_ANSWERS + [0] * 5
@@ -277,8 +277,8 @@ def test_a_world_answers_no_endless_number_of_other_worlds():
     world = room_world()
     world.on_action(Action(RUN, 1, 0, 1, False, 0.0, 5))
     answers = [world.on_world(ROOM_MSG._replace(run=run), 0.5) for run in range(10, 210)]
-    assert [bool(each) for each in answers] == [True] * grid_world.OTHERS + [False] * (
-        200 - grid_world.OTHERS)
+    assert [bool(each) for each in answers] == [True] * world_module.OTHERS + [False] * (
+        200 - world_module.OTHERS)
 
 
 def test_a_message_that_describes_no_world_makes_no_world_inactive():

@@ -17,7 +17,7 @@ from comply_ros.nodes.grid_world import check_rate, GridWorldNode
 from comply_ros.nodes.learner import LearnerNode
 from comply_ros.nodes.mentor import MentorNode
 from comply_ros.nodes.parameters import ParameterError
-from comply_ros.protocol.grid_world import GridWorld
+from comply_ros.protocol.world import WorldMachine
 from comply_ros.storage.map_files import read_map
 from comply_ros.world.grid import MapError
 from examples import examples
@@ -147,7 +147,7 @@ def learner(tmp_path, monkeypatch):
     context = rclpy.Context()
     rclpy.init(context=context, args=[])
     node = LearnerNode(context=context)
-    node.on_world(GridWorld(read_map('bar_grid', 'published'), 'bar', 1, 0).description)
+    node.on_world(WorldMachine(read_map('bar_grid', 'published'), 'bar', 1, 0).description)
     yield node
     rclpy.try_shutdown(context=context)
 

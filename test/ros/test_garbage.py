@@ -19,7 +19,7 @@ from waiting import DEADLINE, wait_until
 from comply_ros.learner.presets import find_method
 from comply_ros.learner.training import Training
 from comply_ros.mentor.mentor_policies import noisy_policy
-from comply_ros.mentor.policy import PolicyError, validate_policy
+from comply_ros.mentor.policy_validation import PolicyError, validate_policy
 from comply_ros.nodes import topics
 from comply_ros.nodes.node_processes import START
 from comply_ros.numerics.rng import random_streams

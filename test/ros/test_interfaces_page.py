@@ -7,7 +7,7 @@ import pytest
 import rclpy
 
 from comply_ros.nodes import topics
-from tools.graph_snapshot import NODE_KINDS, pages
+from tools.interface_pages import NODE_KINDS, pages
 from tools.interfaces_markdown import Endpoint, MESSAGES_PAGE, NodeKind, NODES_PAGE, purpose
 from tools.message_definitions import definitions, Field, parse_definition
 
@@ -62,9 +62,9 @@ def test_every_service_on_the_page_has_a_purpose():
 def test_a_node_that_does_not_start_is_named(domain, monkeypatch):
     from comply_ros.nodes.node_processes import NodeDied
     from comply_ros.nodes.parameters import MENTOR
-    from tools import graph_snapshot
+    from tools import interface_pages
     broken = NodeKind('mentor', 'mentor', 'mentor', {MENTOR: 'nobody'})
-    monkeypatch.setattr(graph_snapshot, 'NODE_KINDS', (broken,))
+    monkeypatch.setattr(interface_pages, 'NODE_KINDS', (broken,))
     rclpy.init()
     try:
         with pytest.raises(NodeDied, match='mentor ended with exit code 2'):

@@ -10,7 +10,7 @@ pytestmark = pytest.mark.usefixtures('domain')
 NODES = tuple(name for name, (module, _) in EXECUTABLES.items()
               if module.startswith(('nodes.', 'dashboard.')))
 TOOLS = (('topic', 'list'), ('service', 'list'), ('param', 'list'), ('soak',),
-         ('graph_snapshot',))
+         ('interface_pages',))
 LOGS = ('environment variable {name} must lead to a folder for log files that can be written, got '
         '{value!r}: set ROS_LOG_DIR to another folder')
 MIDDLEWARE = ('environment variable RMW_IMPLEMENTATION must name a middleware that is installed '

@@ -21,7 +21,7 @@ from comply_ros.nodes.mentor import MentorNode
 from comply_ros.nodes.viewer import ViewerNode
 from comply_ros.storage.mentor_cache import mentor_policy, read_mentor_spec
 from comply_ros.world.mdp import World
-from comply_ros.world.table import Table
+from comply_ros.world.transition_table import Table
 
 ARGUMENTS = ('mentor:mentor:=noisy:0.3', 'learner:method:=explicit', 'learner:iterations:=3',
              'learner:episodes:=4', 'grid_world:seed:=4', 'learner:seed:=4')

@@ -4,10 +4,10 @@
 from collections import deque
 import random
 
-from comply_ros.protocol.grid_world import GridWorld
 from comply_ros.protocol.learner import Learner
 from comply_ros.protocol.mentor import Mentor
 from comply_ros.protocol.messages import Action, Recommendation, StateReward, WorldDescription
+from comply_ros.protocol.world import WorldMachine
 
 RUN = 7
 
@@ -68,7 +68,7 @@ class ShuffledNetwork:
 
     def __init__(self, config, grid, policy, seed, shuffle: random.Random, remembers_advice=True,
                  budget=0, mode='early'):
-        self.world = GridWorld(grid, 'map', RUN, seed)
+        self.world = WorldMachine(grid, 'map', RUN, seed)
         self.mentor = Mentor(budget, mode)
         self.learner = Learner(config, seed, remembers_advice)
         self.policy, self.shuffle = policy, shuffle

@@ -15,7 +15,6 @@ from comply_ros.bags.message_decoder import message_type
 from comply_ros.learner.confidence import confidence_map
 from comply_ros.learner.presets import METHODS
 from comply_ros.mentor.mentor_policies import noisy_policy
-from comply_ros.protocol.grid_world import GridWorld
 from comply_ros.protocol.learner import Learner
 from comply_ros.protocol.mentor import Mentor
 from comply_ros.protocol.messages import (
@@ -31,6 +30,7 @@ from comply_ros.protocol.messages import (
     TOPIC_TYPES,
     Trust,
 )
+from comply_ros.protocol.world import WorldMachine
 from comply_ros.storage.map_files import read_map
 from comply_ros.world.mdp import World
 
@@ -74,7 +74,7 @@ class SimulatedRun:
         self.config = replace(METHODS['published'][method], iterations=iterations,
                               episodes=episodes, **settings)
         self.grid = read_map('bar_grid', 'published')
-        self.world = GridWorld(self.grid, 'bar_grid', run, seed)
+        self.world = WorldMachine(self.grid, 'bar_grid', run, seed)
         self.mentor, self.learner = Mentor(), Learner(self.config, seed, number=number)
         self._method, self._seed, self.messages = method, seed, []
         self._start()

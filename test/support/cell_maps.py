@@ -4,7 +4,7 @@
 from table_planning import outcomes
 
 from comply_ros.world.cell_rules import CellRules, Letter
-from comply_ros.world.cell_table import table_of
+from comply_ros.world.cell_rules_table import table_of
 
 GOAL = Letter(10.0, ends=True)
 

@@ -61,7 +61,7 @@ class MachineChannel:
 
 
 class WorldChannel(MachineChannel):
-    """To a `GridWorld`, which repeats its observation as the node does."""
+    """To a `WorldMachine`, which repeats its observation as the node does."""
 
     def __init__(self, machine, change=lambda msg: (msg,), make=None, resets=True):
         super().__init__(machine, change, make)

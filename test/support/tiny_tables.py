@@ -4,7 +4,7 @@
 from hypothesis import strategies as st
 import numpy as np
 
-from comply_ros.world.table import Table
+from comply_ros.world.transition_table import Table
 
 LAKE = ('SFFFFFFF', 'FFFFFFFF', 'FFFHFFFF', 'FFFFFHFF', 'FFFHFFFF', 'FHHFFFHF', 'FHFFHFHF',
         'FFFHFFFG')

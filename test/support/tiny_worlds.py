@@ -5,7 +5,7 @@ from comply_ros.learner.belief_update import update_belief
 from comply_ros.learner.confidence import confidence
 from comply_ros.learner.learner_config import LearnerConfig
 from comply_ros.learner.learner_state import initial_state
-from comply_ros.numerics.q_ops import actions_for_kernels
+from comply_ros.numerics.action_values import actions_for_kernels
 from comply_ros.world.grid import Grid, RIGHT
 from comply_ros.world.mdp import World
 

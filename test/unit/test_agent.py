@@ -14,14 +14,14 @@ from comply_ros.learner.learner_state import LATER_ARRAYS
 from comply_ros.learner.presets import find_method
 from comply_ros.learner.training import Training
 from comply_ros.mentor.advice_budget import AdviceBudget
-from comply_ros.protocol.grid_world import GridWorld
 from comply_ros.protocol.learner import Learner
 from comply_ros.protocol.mentor import Mentor
 from comply_ros.protocol.messages import Action, Recommendation, step_id
+from comply_ros.protocol.world import WorldMachine
 from comply_ros.world.grid import NO_ACTION, RIGHT
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import optimal_policy
-from comply_ros.world.spaces import Spaces
+from comply_ros.world.unmodelled_world import Spaces
 
 
 def make_agent(**settings):
@@ -195,7 +195,7 @@ class SlowMentorNetwork:
     """
 
     def __init__(self):
-        self.world, self.learner = GridWorld(TINY, 'tiny', RUN, seed=4), new_learner()
+        self.world, self.learner = WorldMachine(TINY, 'tiny', RUN, seed=4), new_learner()
         self.mentor = Mentor(3, 'mistakes')
         for actor in (self.mentor, self.learner):
             actor.on_world(self.world.description)

@@ -10,7 +10,7 @@ import pytest
 
 from comply_ros.experiments import available_cores as module
 from comply_ros.experiments.available_cores import available_cores
-from comply_ros.experiments.executors import local_executor
+from comply_ros.experiments.parallel_runs import local_executor
 from comply_ros.terminal.interrupts import StopFlag
 
 PRINT = 'from comply_ros.experiments.available_cores import available_cores as f; print(f())'

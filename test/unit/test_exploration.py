@@ -13,7 +13,7 @@ from comply_ros.learner.exploration import (
     softmax_action,
     softmax_action_of_many,
 )
-from comply_ros.numerics.q_ops import actions_for_kernels
+from comply_ros.numerics.action_values import actions_for_kernels
 from comply_ros.world.grid import DOWN, LEFT, RIGHT, UP
 
 

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from comply_ros.experiments import figure_checks
+from comply_ros.experiments.computed_results import Results
 from comply_ros.experiments.figure_checks import verdict
 from comply_ros.experiments.report_figures import Mentors, report_figures
 from comply_ros.experiments.result_cache import CellData
-from comply_ros.experiments.results import Results
 
 FIGURES = {figure.name: figure for figure in report_figures('published', Mentors())}
 

@@ -7,8 +7,8 @@ from golden_digests import CHANGED, golden_digests
 import pytest
 from tiny_tables import machine
 
+from comply_ros.learner.mentor_factory import make_policy
 from comply_ros.learner.presets import METHODS
-from comply_ros.learner.snapshot_mentor import make_policy
 from comply_ros.learner.training import Training
 from comply_ros.mentor.advice_budget import AdviceBudget, ADVISING_MODES
 from comply_ros.mentor.mentor_policies import parse_mentor_spec, sparse_policy

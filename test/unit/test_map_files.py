@@ -12,7 +12,7 @@ from comply_ros.storage import user_files
 from comply_ros.storage.map_files import KEYS, parse_map, read_map
 from comply_ros.storage.map_name import map_names
 from comply_ros.world.grid import Grid, MapError
-from comply_ros.world.table import Table
+from comply_ros.world.transition_table import Table
 
 SMALL = """
 intended: 0.8

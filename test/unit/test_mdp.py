@@ -8,7 +8,7 @@ import pytest
 from tiny_tables import hall, machine
 from tiny_worlds import corridor, grid, room
 
-from comply_ros.numerics.q_ops import actions_for_kernels
+from comply_ros.numerics.action_values import actions_for_kernels
 from comply_ros.world.grid import DOWN, LEFT, RIGHT, UP
 from comply_ros.world.mdp import (
     action_type,
@@ -18,7 +18,7 @@ from comply_ros.world.mdp import (
     taken_action,
     World,
 )
-from comply_ros.world.spaces import Spaces
+from comply_ros.world.unmodelled_world import Spaces
 
 THREE = actions_for_kernels(3)
 

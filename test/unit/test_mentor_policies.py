@@ -9,14 +9,14 @@ import pytest
 from tiny_tables import frozen_lake, machine
 from tiny_worlds import corridor
 
-from comply_ros.learner.snapshot_mentor import make_policy
+from comply_ros.learner.mentor_factory import make_policy
 from comply_ros.mentor.mentor_policies import MentorError, MentorSpec, parse_mentor_spec
-from comply_ros.mentor.policy import PolicyError
+from comply_ros.mentor.policy_validation import PolicyError
 from comply_ros.storage.map_files import read_map
 from comply_ros.storage.mentor_cache import is_slow, mentor_policy, read_mentor_spec
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import optimal_policy, ReferenceReturns
-from comply_ros.world.spaces import Spaces
+from comply_ros.world.unmodelled_world import Spaces
 
 FREE_GRID = World(read_map('free_grid', 'report'))
 

@@ -9,7 +9,7 @@ from table_planning import outcomes
 from comply_ros.storage.map_files import parse_map, read_map
 from comply_ros.storage.nav2_maps import nav2_rows, nav2_state, Nav2Map, read_nav2_map
 from comply_ros.world.grid import MapError
-from comply_ros.world.table import Table
+from comply_ros.world.transition_table import Table
 
 HEADER = """
 image: house.pgm

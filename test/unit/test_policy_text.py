@@ -5,8 +5,8 @@ import pytest
 from tiny_tables import hall, machine
 from tiny_worlds import grid
 
-from comply_ros.mentor.policy import PolicyError
 from comply_ros.mentor.policy_text import format_policy, parse_policy
+from comply_ros.mentor.policy_validation import PolicyError
 from comply_ros.world.mdp import World
 
 WORLD = World(grid('..G', '.#.'))

@@ -15,8 +15,8 @@ from tiny_tables import machine
 
 import comply_ros
 from comply_ros.experiments import train
-from comply_ros.learner.learned import LearningError
 from comply_ros.learner.learner_config import ConfigError
+from comply_ros.learner.learning_result import LearningError
 from comply_ros.storage.training_spec import spec_training
 from comply_ros.terminal.training_options import check_options, training_parser
 

@@ -12,7 +12,7 @@ from comply_ros.storage.map_name import map_names
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import expected_return, policy_probabilities
-from comply_ros.world.table import Table
+from comply_ros.world.transition_table import Table
 
 # What the tables of Gymnasium 1.4 give: FrozenLake-v1, CliffWalking-v1 and Taxi-v4.
 GYMNASIUM = {'frozen_lake': 0.8235, 'frozen_lake_8x8': 1.0, 'cliff_walking': -13.0, 'taxi': 7.93}

@@ -14,7 +14,7 @@ from comply_ros.plots.state_layout import layout_of
 from comply_ros.storage.map_files import read_map
 from comply_ros.world.grid import DOWN, NO_ACTION, RIGHT
 from comply_ros.world.mdp import World
-from comply_ros.world.spaces import Spaces
+from comply_ros.world.unmodelled_world import Spaces
 
 
 @pytest.fixture(scope='module')

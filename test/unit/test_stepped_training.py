@@ -15,13 +15,13 @@ from comply_ros.experiments.stepped_training import SteppedTraining, training_in
 from comply_ros.learner.presets import find_method
 from comply_ros.learner.training import Training
 from comply_ros.mentor.advice_budget import AdviceBudget, MentorError
-from comply_ros.protocol.moves import ModelMoves
-from comply_ros.storage.environment_moves import EnvironmentFault
+from comply_ros.protocol.world_moves import ModelMoves
+from comply_ros.storage.gymnasium_moves import EnvironmentFault
 from comply_ros.storage.map_files import read_map
 from comply_ros.world.grid import MapError
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import optimal_policy
-from comply_ros.world.spaces import Spaces
+from comply_ros.world.unmodelled_world import Spaces
 
 CAR = 'gym:MountainCar-v0?bins=8'
 SMALL = ('--map', CAR, '--mentor', 'random', '--iterations', '2', '--episodes', '2')

@@ -12,12 +12,12 @@ from rclpy.publisher import Publisher
 
 from comply_ros.nodes import cdr, protocol_node
 from comply_ros.nodes.protocol_node import ProtocolNode
-from comply_ros.protocol.grid_world import GridWorld
 from comply_ros.protocol.learner import Learner
 from comply_ros.protocol.mentor import Mentor
+from comply_ros.protocol.world import WorldMachine
 
 ACTOR_METHODS = ((Learner, 'observe'), (Learner, 'on_recommendation'),
-                 (Mentor, 'observe'), (GridWorld, 'on_action'))
+                 (Mentor, 'observe'), (WorldMachine, 'on_action'))
 WARM_UP = 200  # calls that are not counted
 
 

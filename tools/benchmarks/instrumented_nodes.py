@@ -14,9 +14,9 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 
-from comply_ros.nodes import cost_throttle, spin, topics
-from comply_ros.protocol.grid_world import GridWorld
+from comply_ros.nodes import publish_throttle, spin, topics
 from comply_ros.protocol.messages import StateReward
+from comply_ros.protocol.world import WorldMachine
 from comply_ros.terminal.interrupts import end_with_parent, interrupts
 from tools.benchmarks.callback_timer import CallbackTimer, ReactionTimer
 from tools.benchmarks.empty_ring import SPIN_TIMEOUT
@@ -41,7 +41,7 @@ def use_best_effort() -> None:
 
 def use_unthrottled_maps() -> None:
     """Publish maps over all states however much the last ones cost."""
-    setattr(cost_throttle, 'TIMES', 0)
+    setattr(publish_throttle, 'TIMES', 0)
 
 
 VARIANTS = {'default_executor': use_default_executor, 'best_effort': use_best_effort,
@@ -52,8 +52,8 @@ TIMERS = {TIMED: CallbackTimer, REACTION: ReactionTimer}  # variants that write 
 
 def recorded(on_action: Callable[[Any, Any], Any],
              record: Callable[[bool], None]) -> Callable[[Any, Any], Any]:
-    """Return `GridWorld.on_action` that also records the steps and the starts of episodes."""
-    def on_recorded_action(self: GridWorld, msg: Any) -> Any:
+    """Return `WorldMachine.on_action` that also records the steps and the starts of episodes."""
+    def on_recorded_action(self: WorldMachine, msg: Any) -> Any:
         outputs = on_action(self, msg)
         if outputs and type(outputs[-1]) is StateReward:
             record(outputs[-1].step == 0)
@@ -90,7 +90,7 @@ def main(argv: Sequence[str]) -> int:
               for name in names.split('+')]
     times = StepTimes(Path(folder))
     if 'grid_world' in names:
-        setattr(GridWorld, 'on_action', recorded(GridWorld.on_action, times.record))
+        setattr(WorldMachine, 'on_action', recorded(WorldMachine.on_action, times.record))
     if len(makers) > 1:
         spin_together(makers, arguments)
     else:

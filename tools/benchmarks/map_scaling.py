@@ -11,7 +11,7 @@ from typing import Any
 
 import yaml
 
-from comply_ros.nodes.cost_throttle import TIMES
+from comply_ros.nodes.publish_throttle import TIMES
 from comply_ros.world.grid import Grid
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import optimal_values, TOLERANCE, value_iteration

@@ -3,7 +3,7 @@
 
 import pytest
 
-from comply_ros.learner.metrics import regret, reward_ratio, threshold, time_to_convergence
+from comply_ros.learner.return_metrics import regret, reward_ratio, threshold, time_to_convergence
 
 RETURNS = [-2.0, 5.0, 4.0, 5.5, 5.0]
 

@@ -5,15 +5,15 @@ import pytest
 from room_messages import ROOM, RUN, state
 from tiny_worlds import grid
 
-from comply_ros.protocol.grid_world import GridWorld, RELEASE
 from comply_ros.protocol.messages import Action, Episode, Ignored
+from comply_ros.protocol.world import RELEASE, WorldMachine
 from comply_ros.world.grid import NO_ACTION, RIGHT, UP
 from comply_ros.world.mdp import World
 
 
 def room_world():
     """Return a world at its first observation."""
-    return GridWorld(ROOM, 'room', RUN, seed=0)
+    return WorldMachine(ROOM, 'room', RUN, seed=0)
 
 
 def test_a_repeated_action_is_ignored():
@@ -29,7 +29,7 @@ def test_a_repeated_action_is_ignored():
 
 
 def test_an_episode_ends_with_no_action_and_the_next_one_starts():
-    world = GridWorld(grid('..G', starts=(1,), intended=1.0), 'corridor', RUN, seed=0)
+    world = WorldMachine(grid('..G', starts=(1,), intended=1.0), 'corridor', RUN, seed=0)
     episode, final = world.on_action(Action(RUN, 1, 0, RIGHT, False, 0.0))
     assert episode == Episode(RUN, 1, 1, 10.0, True, False)
     assert final == state(step=1, s=2, reward=10.0, terminated=True)
@@ -39,7 +39,7 @@ def test_an_episode_ends_with_no_action_and_the_next_one_starts():
 
 
 def test_the_step_limit_truncates_an_episode():
-    world = GridWorld(grid('..G', limit=1), 'corridor', RUN, seed=0)
+    world = WorldMachine(grid('..G', limit=1), 'corridor', RUN, seed=0)
     episode, final = world.on_action(Action(RUN, 1, 0, RIGHT, False, 0.0))
     assert (final.terminated, final.truncated) == (False, True)
     assert (episode.terminated, episode.truncated) == (False, True)

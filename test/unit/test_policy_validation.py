@@ -8,7 +8,7 @@ import pytest
 from tiny_tables import hall, machine
 from tiny_worlds import grid
 
-from comply_ros.mentor.policy import PolicyError, validate_advice, validate_policy
+from comply_ros.mentor.policy_validation import PolicyError, validate_advice, validate_policy
 from comply_ros.world.grid import DOWN, LEFT, RIGHT, UP
 from comply_ros.world.mdp import World
 

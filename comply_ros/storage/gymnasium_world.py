@@ -8,7 +8,7 @@ from contextlib import suppress
 from typing import Any, NamedTuple
 
 from comply_ros.numerics.number_text import NumberError, read_number
-from comply_ros.storage.environment_moves import EnvironmentMoves
+from comply_ros.storage.gymnasium_moves import EnvironmentMoves
 from comply_ros.storage.gymnasium_worlds import (
     make_environment,
     step_limit_of,
@@ -18,8 +18,8 @@ from comply_ros.storage.map_name import GYM, parse_map_name
 from comply_ros.storage.state_numbers import BINS, Limits, StateNumbers
 from comply_ros.storage.user_files import shown
 from comply_ros.world.grid import MapError
-from comply_ros.world.spaces import Spaces
-from comply_ros.world.table import Table
+from comply_ros.world.transition_table import Table
+from comply_ros.world.unmodelled_world import Spaces
 
 
 class EnvironmentName(NamedTuple):

@@ -6,7 +6,7 @@ from threading import Event
 
 import pytest
 
-from comply_ros.experiments.executors import (
+from comply_ros.experiments.parallel_runs import (
     completed,
     Executor,
     local_executor,

@@ -4,12 +4,18 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from comply_ros.storage.cell_keys import read_chance, read_real, read_rows, read_walls, read_whole
+from comply_ros.storage.cell_rules_yaml import (
+    read_chance,
+    read_real,
+    read_rows,
+    read_walls,
+    read_whole,
+)
 from comply_ros.storage.user_files import shown
 from comply_ros.world.grid import check_number, check_rows, check_step_limit, MapError
 from comply_ros.world.racetrack import racetrack_table
-from comply_ros.world.table import Table
 from comply_ros.world.taxi import taxi_table
+from comply_ros.world.transition_table import Table
 
 
 def named_world(table: Mapping[str, Any]) -> Table:

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 from tiny_worlds import Bench, corridor, FOUR, room
 
-from comply_ros.learner.model import (
+from comply_ros.learner.update_rules import learn
+from comply_ros.learner.usual_outcome import (
     backup,
     finish_episode,
     record_outcome,
@@ -14,7 +15,6 @@ from comply_ros.learner.model import (
     TERMINAL,
     VOTES,
 )
-from comply_ros.learner.update_rules import learn
 from comply_ros.world.grid import DOWN, LEFT, RIGHT, UP
 
 

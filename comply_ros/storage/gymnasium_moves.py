@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from comply_ros.storage.gymnasium_worlds import one_line, RGB_ARRAY
 from comply_ros.storage.state_numbers import StateNumbers
 from comply_ros.storage.user_files import shown
-from comply_ros.world.spaces import Spaces
-from comply_ros.world.table import Table
+from comply_ros.world.transition_table import Table
+from comply_ros.world.unmodelled_world import Spaces
 
 
 class EnvironmentFault(RuntimeError):

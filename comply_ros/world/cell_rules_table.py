@@ -19,7 +19,7 @@ from comply_ros.world.cell_rules import (
 from comply_ros.world.cell_walk import BUMPED_EDGE, BUMPED_NOT, CellWalk, States
 from comply_ros.world.grid import ACTION_NAMES, MapError, OBSTACLE
 from comply_ros.world.reachability import can_reach
-from comply_ros.world.table import Table
+from comply_ros.world.transition_table import Table
 
 STAND_STILL = ''  # a slip that leads nowhere; it is no action
 SOME_START = -1  # a successor that is still to become one of the starts

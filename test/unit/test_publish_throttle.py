@@ -3,7 +3,7 @@
 
 import pytest
 
-from comply_ros.nodes.cost_throttle import CostThrottle, TIMES
+from comply_ros.nodes.publish_throttle import CostThrottle, TIMES
 
 
 class Clock:

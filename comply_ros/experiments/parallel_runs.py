@@ -11,7 +11,8 @@ from typing import Any, NamedTuple
 
 from comply_ros.experiments import training_runs
 from comply_ros.experiments.available_cores import available_cores
-from comply_ros.experiments.shipped_files import (
+from comply_ros.experiments.training_runs import Run
+from comply_ros.experiments.worker_files import (
     files_of,
     NamedFile,
     read_file,
@@ -19,7 +20,6 @@ from comply_ros.experiments.shipped_files import (
     unpack,
     world_of,
 )
-from comply_ros.experiments.training_runs import Run
 from comply_ros.storage.kernel_cache import use_kernel_cache
 from comply_ros.terminal.interrupts import check, StopFlag
 from comply_ros.terminal.training_options import MISTAKES

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from tiny_worlds import Bench, corridor, FOUR, room
 
-from comply_ros.numerics.q_ops import (
+from comply_ros.numerics.action_values import (
     actions_for_kernels,
     count_actions,
     count_untried,

@@ -4,8 +4,8 @@
 from comply_ros.learner.eligibility_traces import clear_traces
 from comply_ros.learner.learner_config import KernelConfig
 from comply_ros.learner.learner_state import Array, LearnerState
+from comply_ros.numerics.action_values import Actions, count_actions, max_q_except, NOTHING
 from comply_ros.numerics.jit import kernel
-from comply_ros.numerics.q_ops import Actions, count_actions, max_q_except, NOTHING
 
 REWARD, SUCCESSOR, VOTES = range(3)  # outcomes[s, a, ...]
 TERMINAL = -1.0  # successor of an action that ends the episode in a terminal state

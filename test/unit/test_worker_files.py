@@ -4,7 +4,8 @@
 from PIL import Image
 import pytest
 
-from comply_ros.experiments.shipped_files import (
+from comply_ros.experiments.training_runs import Run
+from comply_ros.experiments.worker_files import (
     files_of,
     NamedFile,
     read_file,
@@ -12,7 +13,6 @@ from comply_ros.experiments.shipped_files import (
     unpack,
     world_of,
 )
-from comply_ros.experiments.training_runs import Run
 
 NAV2_MAP = """{image: maps/house.pgm, resolution: 0.5, origin: [0, 0, 0], negate: 0,
 occupied_thresh: 0.65, free_thresh: 1e-1}"""

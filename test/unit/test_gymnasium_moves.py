@@ -8,15 +8,15 @@ from runpy import run_path
 import numpy as np
 import pytest
 
-from comply_ros.protocol.grid_world import GridWorld
 from comply_ros.protocol.messages import Action, StateReward
-from comply_ros.storage.environment_moves import EnvironmentFault, EnvironmentMoves, PictureError
-from comply_ros.storage.environment_world import environment_source
+from comply_ros.protocol.world import WorldMachine
+from comply_ros.storage.gymnasium_moves import EnvironmentFault, EnvironmentMoves, PictureError
+from comply_ros.storage.gymnasium_world import environment_source
 from comply_ros.storage.map_files import read_map
 from comply_ros.storage.state_numbers import StateNumbers
 from comply_ros.world.grid import NO_ACTION
-from comply_ros.world.spaces import Spaces
-from comply_ros.world.table import Table
+from comply_ros.world.transition_table import Table
+from comply_ros.world.unmodelled_world import Spaces
 
 gymnasium = pytest.importorskip('gymnasium')
 spaces = gymnasium.spaces
@@ -33,7 +33,7 @@ def moves_of(name, seed=0, **options):
 
 def world_of(name, seed=0, **options):
     moves, source = moves_of(name, seed, **options)
-    return GridWorld(source, name, RUN, seed, moves=moves)
+    return WorldMachine(source, name, RUN, seed, moves=moves)
 
 
 def played(world, steps, seed=3):
@@ -228,7 +228,7 @@ def test_an_environment_that_raises_in_the_middle_of_an_episode_keeps_what_was_b
             return super().step(action)
     numbers = StateNumbers(Worn.observation_space)
     source = Spaces(3, ('0', '1'), 10)
-    world = GridWorld(source, 'Worn-v0', RUN, 0,
+    world = WorldMachine(source, 'Worn-v0', RUN, 0,
                       moves=EnvironmentMoves(Worn(2), 'Worn-v0', source, numbers, 0))
     for step in range(2):
         world.on_action(Action(RUN, 1, step, 0, False, 0.0, 9))

@@ -3,7 +3,7 @@
 
 import pytest
 
-from comply_ros.storage.cell_keys import parse_cell_rules
+from comply_ros.storage.cell_rules_yaml import parse_cell_rules
 from comply_ros.storage.map_files import parse_map
 from comply_ros.world.cell_rules import Letter
 from comply_ros.world.grid import MapError

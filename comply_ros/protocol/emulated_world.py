@@ -7,9 +7,9 @@ from collections import Counter
 from typing import Any
 
 from comply_ros.numerics.rng import random_streams
-from comply_ros.protocol.grid_world import GridWorld
 from comply_ros.protocol.messages import NO_RUN, StateReward, WorldDescription
 from comply_ros.protocol.rule_report import Channel
+from comply_ros.protocol.world import WorldMachine
 from comply_ros.world.mdp import Source, World
 from comply_ros.world.planning import optimal_policy
 
@@ -41,7 +41,7 @@ class PlayedWorld:
         self._before = len(self._answers)  # of earlier checks
         self._published: Counter[tuple[int, int, int]] = Counter()
         self._excess_allowed: set[int] = set()
-        self.machine = GridWorld(source, 'check', self.new_run(), seed)
+        self.machine = WorldMachine(source, 'check', self.new_run(), seed)
 
     @property
     def observation(self) -> StateReward:

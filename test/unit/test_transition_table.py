@@ -10,7 +10,7 @@ import pytest
 from tiny_tables import frozen_lake, machine
 
 from comply_ros.world.grid import MapError
-from comply_ros.world.table import Table
+from comply_ros.world.transition_table import Table
 
 
 def test_actions_without_outcomes_do_not_exist():

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from comply_ros.experiments.stepped_training import training_in
 from comply_ros.learner.agent import IterationResult
-from comply_ros.learner.learned import Learned
+from comply_ros.learner.learning_result import Learned
 from comply_ros.mentor.advice_budget import AdviceBudget
 from comply_ros.storage.kernel_cache import use_kernel_cache
 from comply_ros.storage.learning_file import save_learning

@@ -9,9 +9,14 @@ from tiny_worlds import corridor, FOUR, room
 
 from comply_ros.learner.agent import Agent, no_advice
 from comply_ros.learner.exploration import policy_action
-from comply_ros.learner.learned import begin_from, learned_by, learned_policy, LearningError
 from comply_ros.learner.learner_config import LearnerConfig
 from comply_ros.learner.learner_state import DISCARD, initial_state, LISTEN
+from comply_ros.learner.learning_result import (
+    begin_from,
+    learned_by,
+    learned_policy,
+    LearningError,
+)
 from comply_ros.learner.presets import METHODS
 from comply_ros.learner.training import Training
 from comply_ros.storage.map_files import read_map

@@ -22,10 +22,10 @@ from comply_ros.protocol.messages import (
     step_id,
     WorldDescription,
 )
-from comply_ros.protocol.moves import ModelMoves, Moves
 from comply_ros.protocol.pause_gate import PauseGate
 from comply_ros.protocol.validation import rejected_run, validate_confidence
 from comply_ros.protocol.world_description import describe_world, world_from_description
+from comply_ros.protocol.world_moves import ModelMoves, Moves
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import Source, World
 
@@ -36,7 +36,7 @@ MOST_ANSWERS = 8  # messages of another world that are answered
 OTHERS = 64  # other worlds that are told apart
 
 
-class GridWorld:
+class WorldMachine:
     """
     Publishes one observation at a time; an action for it brings the next.
 

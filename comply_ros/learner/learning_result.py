@@ -12,7 +12,7 @@ from comply_ros.learner.confidence import confidence_map
 from comply_ros.learner.learner_config import LearnerConfig
 from comply_ros.learner.learner_state import initial_state, LearnerState
 from comply_ros.learner.reconfigure import changed_state
-from comply_ros.mentor.policy import PolicyError, validate_policy
+from comply_ros.mentor.policy_validation import PolicyError, validate_policy
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
 

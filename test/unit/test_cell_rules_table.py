@@ -7,7 +7,7 @@ import pytest
 from table_planning import can_act
 
 from comply_ros.world.cell_rules import Letter
-from comply_ros.world.cell_table import table_of
+from comply_ros.world.cell_rules_table import table_of
 from comply_ros.world.grid import Grid, MapError
 from comply_ros.world.mdp import World
 from comply_ros.world.wind import Wind
