@@ -2,6 +2,7 @@
 """Bags as `ros2 bag record` writes them, with the definition of every message type."""
 
 from collections.abc import Mapping, Sequence
+from errno import EEXIST
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +34,8 @@ class BagWriter:
     """
 
     def __init__(self, path: Path, definitions: Mapping[str, str], storage: str = 'mcap') -> None:
+        if path.exists():  # rosbags raises an error of its own
+            raise FileExistsError(EEXIST, 'exists already', str(path))
         self._types = get_typestore(Stores.EMPTY)
         self.define(definitions)
         self._writer = Writer(path, version=Writer.VERSION_LATEST,

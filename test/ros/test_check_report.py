@@ -74,7 +74,9 @@ def test_a_bag_has_the_messages_in_their_order_with_their_times(tmp_path):
     assert is_same_world(world, WORLD) and others == [('state', OBSERVATION), ('action', ACTION)]
 
 
-def test_a_folder_that_is_there_already_is_said_in_the_report(tmp_path):
-    (tmp_path / 'file').write_text('')
-    bag = write_bag(tmp_path / 'file' / 'L13', 'learner', (), '')
-    assert str(bag).startswith('not written: ') and 'file' in str(bag)
+@pytest.mark.parametrize('name, reason', [
+    ('bags/L13', 'exists already'), ('bags/L13/metadata.yaml/L13', 'file exists')])
+def test_a_bag_that_cannot_be_written_is_said_in_the_report(tmp_path, name, reason):
+    assert write_bag(tmp_path / 'bags/L13', 'learner', (), '').problem == ''
+    bag = write_bag(tmp_path / name, 'learner', (), '')
+    assert str(bag) == f'not written: {tmp_path / name} ({reason})'
