@@ -82,10 +82,15 @@ class AdviceBudget:
     remaining: `[budget that remains]`.
     last_actions: `last_actions[s]` of the learner, -1 before the first.
 
+    Raises
+    ------
+    MentorError: as `validate_advising`.
+
     """
 
     def __init__(self, world: World, policy: ArrayLike, budget: int = UNLIMITED,
                  when: str = 'early') -> None:
+        validate_advising(budget, when, world)
         states = world.n_states
         is_limited = budget != UNLIMITED
         watches = is_limited and when == 'mistakes'

@@ -15,6 +15,7 @@ from comply_ros.nodes.spin import POLL_PERIOD
 from comply_ros.nodes.topics import ACTION, reader, RECOMMENDATION, STATE, Topic, WORLD
 from comply_ros.protocol.messages import WorldDescription
 from comply_ros.protocol.world_description import world_from_description
+from comply_ros.storage.training_spec import in_world
 from comply_ros.terminal.training_options import TrainingOptions
 
 # The topic by which each part is found, whatever its node is called.
@@ -90,13 +91,14 @@ def in_external_world(options: TrainingOptions, msg: WorldDescription) -> Traini
     Raises
     ------
     LessonFailed: for a world that cannot be learned in by a lesson.
+    MentorError, PolicyError, LearningError: as `in_world`.
 
     """
     try:
         source = world_from_description(msg)
     except ValueError as error:
         raise LessonFailed(f'an external world must be complete: {error}') from None
-    return replace(options, source=source, map_name=msg.name)
+    return in_world(options, msg.name, source)
 
 
 def with_external(options: TrainingOptions, part: str, name: str) -> TrainingOptions:

@@ -4,9 +4,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import os
-from typing import Any
+from typing import Any, TypeVar
 
 from comply_ros.learner.learner_config import ConfigError, LearnerConfig, with_text
 from comply_ros.learner.learning_result import begin_from, Learned
@@ -58,7 +58,11 @@ class TrainingSpec:
     initial: Learned | None
 
 
-def spec_training(map_name: str | os.PathLike[str] | Source = 'maze',
+UNKNOWN_WORLD = Spaces(1, ('unknown',), 1)  # of a training whose world is not known yet
+Spec = TypeVar('Spec', bound=TrainingSpec)
+
+
+def spec_training(map_name: str | os.PathLike[str] | Source | None = 'maze',
                   method: str = 'beta_implicit', mentor: str = 'snapshot:0.75', *,
                   profile: str = 'published', seed: int = 0, mentor_seed: int = 0,
                   budget: int = UNLIMITED, advising: str = 'early',
@@ -69,7 +73,8 @@ def spec_training(map_name: str | os.PathLike[str] | Source = 'maze',
 
     Parameters
     ----------
-    map_name: of a map of the package, or path of a map file; or the map itself.
+    map_name: of a map of the package, or path of a map file; or the map itself. None if it is not
+        known yet: `in_world` checks what depends on it.
     method: name of a preset.
     mentor: as in `parse_mentor_spec`.
     profile: settings of the text of the report, or of the runs behind its figures.
@@ -88,18 +93,31 @@ def spec_training(map_name: str | os.PathLike[str] | Source = 'maze',
         if not 0 <= number <= SEED_LIMIT:
             raise ConfigError(f'{name} must lie in [0, {SEED_LIMIT}], got {number}')
     validate_advice_budget(budget, advising)
-    name, source = _source(map_name, profile)
-    spec = read_mentor_spec(mentor)
+    initial, start = _initial(initial_learning)
+    training = TrainingSpec(
+        'unknown', profile, method, mentor, mentor_seed, seed, changed, budget, advising, start,
+        UNKNOWN_WORLD, config, read_mentor_spec(mentor), initial)
+    return training if map_name is None else in_world(training, *_source(map_name, profile))
+
+
+def in_world(training: Spec, name: str, source: Source) -> Spec:
+    """
+    Return a training in another world, in which its mentor and initial learning can be.
+
+    Raises
+    ------
+    MentorError, PolicyError, LearningError: otherwise.
+
+    """
+    spec, initial = training.spec, training.initial
     if isinstance(source, Spaces):
         validate_mentor(spec, World(source))
-        validate_advising(budget, advising, World(source))
+        validate_advising(training.budget, training.advising, World(source))
     if spec.kind in FROM_FILES:
         policy_of_file(spec, World(source))
-    initial, start = _initial(initial_learning)
     if initial:
-        begin_from(initial, World(source), config)
-    return TrainingSpec(name, profile, method, mentor, mentor_seed, seed, changed,
-                        budget, advising, start, source, config, spec, initial)
+        begin_from(initial, World(source), training.config)
+    return replace(training, map_name=name, source=source)
 
 
 def _config(method: str, profile: str,

@@ -75,18 +75,21 @@ def training_parser(program: str, description: str) -> argparse.ArgumentParser:
     add('--set', action='append', default=[], metavar='FIELD=VALUE', dest='changes',
         help='change one field of the method; may be repeated')
     add('--out', metavar='DIR', help='(default: runs/MAP-METHOD-MENTOR-SEED)')
+    parser.set_defaults(external='')  # the part that runs already, where a command has that
     return parser
 
 
 def check_options(args: argparse.Namespace) -> TrainingOptions:
     """Return the checked options, with the folder made; raises one of MISTAKES."""
+    is_external = args.external == 'world'
     training = spec_training(
-        args.map, args.method, args.mentor, profile=args.profile, seed=args.seed,
-        mentor_seed=args.mentor_seed, budget=args.budget, advising=args.advising,
+        None if is_external else args.map, args.method, args.mentor, profile=args.profile,
+        seed=args.seed, mentor_seed=args.mentor_seed, budget=args.budget, advising=args.advising,
         initial_learning=args.initial_learning, settings=dict(_changes(args)))
     kind, _, value = args.mentor.partition(':')
     mentor = Path(value).stem if kind in FROM_FILES else args.mentor.replace(':', '_')
-    folder = f'{file_stem(args.map)}-{args.method}-{mentor}-{args.seed}'
+    name = 'external' if is_external else file_stem(args.map)
+    folder = f'{name}-{args.method}-{mentor}-{args.seed}'
     return TrainingOptions(
         **vars(training), out=prepare_folder(args.out or Path('runs') / folder), args=args)
 

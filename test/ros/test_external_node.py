@@ -66,3 +66,17 @@ def test_in_a_world_without_a_model_the_results_name_what_is_not_known(tmp_path)
         summary = summary_with(tmp_path, 'world', '--mentor', 'random')
     assert summary['map'] == 'corridor' and summary['optimal_return'] is None
     assert 'optimal_return' in summary['unknown'] and len(summary['return_per_iteration']) == 3
+
+
+@pytest.mark.long
+@pytest.mark.parametrize('action, problem', [
+    ('forth', ''), ('right', "lesson: an action must be one of back, forth, got 'right'")])
+def test_a_mentor_of_a_file_must_fit_the_external_world_and_not_the_option_map(
+        tmp_path, action, problem):
+    (tmp_path / 'policy.txt').write_text(f'3 {action}\n')
+    with example('own_world'):
+        done = run('lesson', '--external', 'world', '--map', 'no_map', '--iterations', '2',
+                   '--mentor', f'file:{tmp_path}/policy.txt', '--out', str(tmp_path))
+    assert done.returncode == (2 if problem else 0), done.stderr
+    assert problem in done.stderr
+    assert (tmp_path / 'summary.json').exists() != bool(problem)

@@ -14,6 +14,7 @@ from comply_ros.mentor.advice_budget import (
 )
 from comply_ros.world.grid import LEFT, RIGHT, UP
 from comply_ros.world.mdp import World
+from comply_ros.world.unmodelled_world import Spaces
 
 RIGHTS = [RIGHT] * 9
 
@@ -79,6 +80,11 @@ def test_an_impossible_budget_is_rejected(budget, when, message):
     with pytest.raises(MentorError) as error:
         validate_advice_budget(budget, when)
     assert str(error.value) == message
+
+
+def test_an_important_mentor_in_a_world_without_a_model_is_rejected():
+    with pytest.raises(MentorError, match="advising 'important' must know what an action leads "):
+        AdviceBudget(World(Spaces(2, ('a', 'b'), 9)), [0, 0], budget=1, when='important')
 
 
 def test_an_important_mentor_in_a_world_without_a_grid():
