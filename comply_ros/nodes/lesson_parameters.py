@@ -29,7 +29,8 @@ def world_parameters(options: TrainingOptions) -> dict[str, Any]:
         return {'map': absolute_name(options.map_name), 'profile': options.profile}
     _, target, arguments = parse_map_name(options.map_name)
     env = read_environment_name(target, arguments)
-    return {'env': env.name, 'env_args': json.dumps(env.arguments, default=str),
+    return {'env': env.name,
+            'env_args': json.dumps(env.arguments, default=str, ensure_ascii=False),
             'bins': list(env.bins), 'use_table': env.use_table,
             'limits': '; '.join(f'{low!r},{high!r}' for low, high in env.limits)}
 

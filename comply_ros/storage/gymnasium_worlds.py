@@ -40,19 +40,22 @@ def make_environment(name: str, arguments: Mapping[str, Any], gives_pictures: bo
         if module:
             import_module(module)
         options = dict[str, Any]()
-        if gives_pictures and RGB_ARRAY in _render_modes(gymnasium.spec(name_there)):
+        if gives_pictures and RGB_ARRAY in _render_modes(name_there):
             options['render_mode'] = RGB_ARRAY
         return gymnasium.make(name_there, **{**options, **arguments})
     except Exception as error:  # noqa: BLE001 - its author raises what they like
         raise MapError(f'environment {shown(name)} cannot be made: {one_line(error)}') from None
 
 
-def _render_modes(spec: Any) -> Sequence[str]:
+def _render_modes(name: str) -> Sequence[str]:
     """Return the render modes that the class of an environment names."""
-    from gymnasium.envs.registration import load_env_creator
-    creator = spec.entry_point
+    from gymnasium.envs import registration
+    namespace, plain, version = registration.parse_env_id(name)
+    if version is None:  # `make` takes the newest one, and `spec` takes none
+        version = registration.find_highest_version(namespace, plain)
+    creator = registration.spec(registration.get_env_id(namespace, plain, version)).entry_point
     if isinstance(creator, str):
-        creator = load_env_creator(creator)
+        creator = registration.load_env_creator(creator)
     metadata = getattr(creator, 'metadata', None)
     return metadata.get('render_modes') or () if isinstance(metadata, dict) else ()
 

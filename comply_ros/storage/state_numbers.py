@@ -2,7 +2,7 @@
 """Numbers of the observations of an environment of Gymnasium, as states of a world."""
 
 from collections.abc import Callable, Sequence
-from math import prod
+from math import isfinite, prod
 from typing import Any
 
 import numpy as np
@@ -74,8 +74,7 @@ def _numbering(space: Any, sizes: Sequence[int], limits: Limits, first: int) -> 
     if kind == 'Discrete':
         return _products([int(space.n)], lambda seen: [int(seen) - int(space.start)])
     if kind == 'MultiDiscrete':
-        return _products([int(n) for n in np.ravel(space.nvec)],
-                         lambda seen: (np.ravel(seen) - np.ravel(space.start)).tolist())
+        return _multi_discrete(space)
     if kind == 'Box':
         return _boxes(space, sizes, limits, first)
     if kind != 'Tuple':
@@ -86,9 +85,22 @@ def _numbering(space: Any, sizes: Sequence[int], limits: Limits, first: int) -> 
         end = begin + box_dimensions(each)
         parts.append(_numbering(each, sizes[begin:end], limits[begin:end], first + begin))
         begin = end
-    return _products(
-        [count for count, _ in parts],
-        lambda seen: [number(each) for (_, number), each in zip(parts, seen, strict=True)])
+
+    def digits(observation: Any) -> list[int]:
+        if len(observation) != len(parts):
+            return [OUTSIDE] * len(parts)
+        return [number(each) for (_, number), each in zip(parts, observation)]
+    return _products([count for count, _ in parts], digits)
+
+
+def _multi_discrete(space: Any) -> Numbering:
+    """Give every tuple of whole numbers a number."""
+    sizes, start = [int(n) for n in np.ravel(space.nvec)], np.ravel(space.start)
+
+    def digits(observation: Any) -> list[int]:
+        seen = np.ravel(observation)
+        return (seen - start).tolist() if len(seen) == len(start) else [OUTSIDE] * len(start)
+    return _products(sizes, digits)
 
 
 def _products(sizes: Sequence[int], digits: Callable[[Any], list[int]]) -> Numbering:
@@ -110,16 +122,20 @@ def _products(sizes: Sequence[int], digits: Callable[[Any], list[int]]) -> Numbe
 
 def _boxes(space: Any, sizes: Sequence[int], limits: Limits, first: int) -> Numbering:
     """Give every box that intervals in each dimension make a number."""
-    limits = limits or list(zip(np.ravel(space.low).tolist(), np.ravel(space.high).tolist()))
-    for k, (low, high) in enumerate(limits, first):
-        if not (np.isfinite(low) and np.isfinite(high) and low < high):
-            raise MapError('the observation space needs finite limits with the lower one '
-                           f'first, got {low:g} to {high:g} in dimension {k}: give limits')
+    given, limits = limits, limits or list(zip(np.ravel(space.low).tolist(),
+                                               np.ravel(space.high).tolist()))
+    for k, ((low, high), size) in enumerate(zip(limits, sizes), first):
+        if not (low < high and isfinite(high - low) and isfinite(size / (high - low))):
+            raise MapError(
+                ('limits must be finite' if given else 'the observation space needs finite limits')
+                + f' with the lower one first, got {low:g} to {high:g} in dimension {k}'
+                + ('' if given else ': give limits'))
     low, high = np.array(limits).T
     scale, last = np.array(sizes) / (high - low), np.array(sizes) - 1
 
     def digits(observation: Any) -> list[int]:
-        places = np.floor((np.ravel(observation) - low) * scale)
+        seen = np.ravel(observation)
+        places = np.floor((seen - low) * scale) if len(seen) == len(low) else np.array([np.nan])
         if np.isnan(places).any():
             return [OUTSIDE] * len(sizes)
         return np.clip(places, 0, last).astype(int).tolist()

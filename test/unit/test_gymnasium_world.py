@@ -132,11 +132,13 @@ class Drawn(gymnasium.Env):
         self.render_mode = render_mode
 
 
+@pytest.mark.filterwarnings('ignore:.*latest versioned environment')
 def test_pictures_are_asked_for_where_an_environment_has_them(monkeypatch):
     monkeypatch.setitem(gymnasium.registry, 'Drawn-v0', gymnasium.envs.registration.EnvSpec(
         'Drawn-v0', Drawn))
     drawn = EnvironmentName('Drawn-v0')
-    assert EnvironmentWorld(drawn, gives_pictures=True).moves(0).gives_pictures
+    for name in drawn, EnvironmentName('Drawn'):  # the newest version
+        assert EnvironmentWorld(name, gives_pictures=True).moves(0).gives_pictures
     assert not EnvironmentWorld(drawn).moves(0).gives_pictures
     own = EnvironmentName('comply_ros.environments:comply_ros/BarGrid-v0')
     assert not EnvironmentWorld(own, gives_pictures=True).moves(0).gives_pictures

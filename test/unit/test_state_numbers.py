@@ -33,8 +33,10 @@ def test_each_dimension_of_a_box_has_its_intervals_and_limits():
 @pytest.mark.parametrize('space, options, message', [
     (spaces.Box(-np.inf, np.inf, (1,)), {}, 'the observation space needs finite limits with the '
      'lower one first, got -inf to inf in dimension 0: give limits'),
-    (spaces.Box(0.0, 1.0, (2,)), {'limits': [(1.0, 0.0), (0.0, 1.0)]}, 'the observation space '
-     'needs finite limits with the lower one first, got 1 to 0 in dimension 0: give limits'),
+    (spaces.Box(0.0, 1.0, (2,)), {'limits': [(1.0, 0.0), (0.0, 1.0)]}, 'limits must be finite '
+     'with the lower one first, got 1 to 0 in dimension 0'),
+    (spaces.Box(0.0, 1.0, (1,)), {'limits': [(-1e308, 1e308)]}, 'limits must be finite with the '
+     'lower one first, got -1e+308 to 1e+308 in dimension 0'),
     (spaces.Box(0.0, 1.0, (2,)), {'bins': [4, 4, 4]}, 'bins must have one element for each of the '
      '2 dimensions of the observation space, got 3'),
     (spaces.Box(0.0, 1.0, (2,)), {'limits': [(0.0, 1.0)]}, 'limits must have one element for each '
@@ -42,8 +44,8 @@ def test_each_dimension_of_a_box_has_its_intervals_and_limits():
     (spaces.Box(0.0, 1.0, (2,)), {'bins': [0]}, 'bins must be at least 1, got 0'),
     (PAIR, {'bins': [4, 2]}, 'bins must have one element for each of the 3 dimensions of the '
      'observation space, got 2'),
-    (PAIR, {'limits': [(0.0, 1.0), (0.0, 1.0), (2.0, 1.0)]}, 'the observation space needs finite '
-     'limits with the lower one first, got 2 to 1 in dimension 2: give limits'),
+    (PAIR, {'limits': [(0.0, 1.0), (0.0, 1.0), (2.0, 1.0)]}, 'limits must be finite with '
+     'the lower one first, got 2 to 1 in dimension 2'),
     (spaces.Discrete(5), {'bins': [4, 4]}, 'bins must have one element for each of the 0 '
      'dimensions of the observation space, got 2'),
     (spaces.Text(4), {}, 'the observation space must be Discrete, MultiDiscrete, Box or a Tuple '
@@ -52,6 +54,7 @@ def test_observations_that_cannot_be_states_are_rejected(space, options, message
     with pytest.raises(MapError) as error:
         StateNumbers(space, **options)
     assert str(error.value).startswith(message)
+    assert ('give limits' in str(error.value)) == ('give limits' in message)
 
 
 def test_no_number_is_no_state_of_a_box():
@@ -79,6 +82,10 @@ def test_each_box_of_a_tuple_has_bins_and_limits_of_its_own():
     (spaces.MultiDiscrete([3, 4]), np.array([1, -1])),
     (spaces.Tuple((spaces.Discrete(3), spaces.Discrete(4))), (0, 5)),
     (spaces.Tuple((spaces.Discrete(3), spaces.Box(0.0, 1.0, (1,)))), (2, np.array([np.nan]))),
+    (spaces.MultiDiscrete([3, 4]), np.array([2])),  # of another shape, as the three that follow
+    (spaces.Box(0.0, 1.0, (2,)), np.array([0.5])),
+    (spaces.Box(0.0, 1.0, (1,)), np.array([0.5, 0.5])),
+    (spaces.Tuple((spaces.Discrete(3), spaces.Discrete(4))), (0, 1, 2)),
     (spaces.Discrete(3), 3)])
 def test_an_observation_beyond_its_space_is_no_state(space, observation):
     assert StateNumbers(space).number(observation) == -1
