@@ -147,9 +147,10 @@ class LearnerConfig:
         if self.replays and self.visit_growth != 1.0:
             raise ConfigError('visit_growth must be 1.0 where replays is true, '
                               f'got {self.visit_growth}')
-        if self.expects and (self.off_policy or self.trust != 'none'):
-            raise ConfigError('off_policy must be false and trust none where expects is true, got '
-                              f'{str(self.off_policy).lower()} and {self.trust}')
+        if self.expects and (self.off_policy or self.replays or self.trust != 'none'):
+            raise ConfigError(
+                'off_policy and replays must be false and trust none where expects is true, got '
+                f'{str(self.off_policy).lower()}, {str(self.replays).lower()} and {self.trust}')
         if self.doubles and (not self.off_policy or self.replays or self.trust != 'none'
                              or self.trace_decay > 0.0):
             raise ConfigError(

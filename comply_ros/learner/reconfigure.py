@@ -45,7 +45,8 @@ def words_of_changes(changes: dict[str, Any], config: LearnerConfig) -> str:
     """
     words = ', '.join(f'{name} {value}' for name, value in changes.items())
     unused = [name for name in changes if name in CONFIG_FIELDS and not config.uses(name)]
-    without_effect = f'; while trust is {config.trust}, {", ".join(unused)} has no effect'
+    has = 'has' if len(unused) == 1 else 'have'
+    without_effect = f'; while trust is {config.trust}, {", ".join(unused)} {has} no effect'
     return f'continues with {words}' + (without_effect if unused else '')
 
 

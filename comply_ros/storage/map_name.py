@@ -60,10 +60,18 @@ def parse_map_name(name: str) -> MapName:
         if key in arguments:
             raise MapError(f'an argument must be there once, got {key!r} again')
         try:
-            arguments[key] = load_yaml(unquote(value)).value
+            arguments[key] = load_yaml(_unquoted(value)).value
         except YamlError as error:
             raise MapError(f'argument {key}: {error.about("its value")}') from None
-    return MapName(scheme, unquote(target), arguments)
+    return MapName(scheme, _unquoted(target), arguments)
+
+
+def _unquoted(text: str) -> str:
+    """Return a text with `%XX` read; raises MapError unless that is UTF-8."""
+    try:
+        return unquote(text, errors='strict')
+    except UnicodeDecodeError:
+        raise MapError(f'%XX must be bytes of UTF-8, got {shown(text)}') from None
 
 
 def map_title(name: str) -> str:

@@ -350,6 +350,8 @@ def test_a_learner_whose_trust_ends_answers_the_observation_that_waited_for_advi
 @pytest.mark.parametrize('changes, words', [
     ({'confidence': 0.5}, 'continues with confidence 0.5; while trust is beta, confidence has no '
      'effect'),
+    ({'confidence': 0.5, 'guided_steps': 9}, 'continues with confidence 0.5, guided_steps 9; '
+     'while trust is beta, confidence, guided_steps have no effect'),
     ({'confidence': 0.5, 'trust': 'scheduled'}, 'continues with confidence 0.5, trust scheduled'),
     ({'trust_rate': 0.3, 'remembers_advice': False},
      'continues with trust_rate 0.3, remembers_advice False')])

@@ -79,7 +79,11 @@ def test_a_learner_with_a_model_counts_whole_visits():
 
 @pytest.mark.parametrize(('settings', 'message'), [
     ({'expects': True, 'off_policy': True},
-     'off_policy must be false and trust none where expects is true, got true and none'),
+     'off_policy and replays must be false and trust none where expects is true, got true, false '
+     'and none'),
+    ({'expects': True, 'replays': True},
+     'off_policy and replays must be false and trust none where expects is true, got false, true '
+     'and none'),
     ({'doubles': True},
      'off_policy must be true, replays false, trust none and trace_decay 0 where doubles is true, '
      'got false, false, none and 0.0')])

@@ -4,6 +4,7 @@
 import pytest
 
 from comply_ros.storage.map_name import absolute_name, file_stem, map_title, parse_map_name
+from comply_ros.world.grid import MapError
 
 
 def test_a_file_may_have_the_name_of_a_library():
@@ -18,6 +19,12 @@ def test_a_file_may_have_the_name_of_a_library():
     ('why%3F.yaml', 'why%3F.yaml')])  # without a scheme, a name is a path as it is
 def test_signs_of_a_path_can_be_written_as_in_an_address(name, target):
     assert parse_map_name(name).target == target
+
+
+@pytest.mark.parametrize('name', ['nav2:%FF.yaml', 'gym:Taxi-v4?text=%FF.yaml'])
+def test_bytes_that_are_no_text_are_rejected(name):
+    with pytest.raises(MapError, match=r"%XX must be bytes of UTF-8, got '%FF\.yaml'"):
+        parse_map_name(name)
 
 
 def test_an_absolute_name_means_the_same_file_whatever_its_folder_is_called(
