@@ -150,9 +150,9 @@ def percent(shares: ArrayLike) -> NDArray[np.int64]:
 
 def value_percent(world: World, values: ArrayLike) -> NDArray[np.int64]:
     """`v[i]`: the value of free state i, from 0 for the lowest to 100 for the highest."""
-    free = np.asarray(values, dtype=float)[world.free]
-    low, high = free.min(), free.max()
-    return percent((free - low) / (high - low)) if high > low else np.full(len(free), 50)
+    halves = np.asarray(values, dtype=float)[world.free] / 2.0  # whose differences are finite
+    low, high = halves.min(), halves.max()
+    return percent((halves - low) / (high - low)) if high > low else np.full(len(halves), 50)
 
 
 def advised_states(world: World, policy: ArrayLike) -> States:

@@ -68,6 +68,8 @@ class Spaces(EqualByHash):
                                            or self.available.dtype != np.bool_):
             raise MapError(f'available must be bool of shape {shape}, got {self.available.dtype} '
                            f'of shape {self.available.shape}')
+        if self.available is not None and not self.available.any():
+            raise MapError('a world must have a state with an action, got none')
 
     @cached_property
     def sha256(self) -> str:

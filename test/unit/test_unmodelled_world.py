@@ -35,7 +35,9 @@ def test_spaces_are_equal_if_their_hashes_are():
     ((3, (), 10), 'a world must have 1 to 32767 actions, got 0'),
     ((3, ('go',), 0), 'step_limit must be a whole number in [1, 1000000], got 0'),
     ((3, ('go',), 10, np.ones((3, 2), dtype=bool)),
-     'available must be bool of shape (3, 1), got bool of shape (3, 2)')])
+     'available must be bool of shape (3, 1), got bool of shape (3, 2)'),
+    ((3, ('go',), 10, np.zeros((3, 1), dtype=bool)),
+     'a world must have a state with an action, got none')])
 def test_what_cannot_be_is_rejected(arguments, message):
     with pytest.raises(MapError) as error:
         Spaces(*arguments)

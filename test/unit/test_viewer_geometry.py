@@ -108,6 +108,8 @@ def test_values_are_scaled_from_the_lowest_to_the_highest_of_free_states():
     values = [-2.0, 0.0, 2.0, -1.0, 99.0, 0.0]
     assert value_percent(WALL, values).tolist() == [0, 50, 100, 25]
     assert value_percent(WALL, np.zeros(6)).tolist() == [50] * 4
+    largest = [-1.6e308, 0.0, 1.6e308, -0.8e308, 0.0, 0.0]
+    assert value_percent(WALL, largest).tolist() == [0, 50, 100, 25]
 
 
 @pytest.mark.parametrize('there, angle', [
