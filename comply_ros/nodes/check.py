@@ -29,9 +29,10 @@ from comply_ros.protocol.rule_report import (
     summary,
     Verdict,
 )
+from comply_ros.storage.file_system import reason_of
 from comply_ros.storage.map_files import read_map
 from comply_ros.storage.map_name import map_names, OTHER_MAPS
-from comply_ros.terminal.command_line import CommandParser, whole_number
+from comply_ros.terminal.command_line import CommandParser, file_to_write, whole_number
 from comply_ros.terminal.interrupts import interrupts
 from comply_ros.terminal.training_options import guarded
 from comply_ros.world.grid import MapError
@@ -54,7 +55,7 @@ def option_parser() -> argparse.ArgumentParser:
     add = parser.add_argument
     add('kind', choices=tuple(RECEIVED), help='what the node is')
     add('--name', default='', metavar='/NODE', help='full name that the node must have')
-    add('--start', default='', metavar='COMMAND',
+    add('--start', metavar='COMMAND',
         help=f'starts the node, with the seed in place of {SEED}, and again where a rule is about '
         'that; without it, the node must run')
     add('--map', default='bar_grid', metavar='NAME|FILE',
@@ -63,7 +64,7 @@ def option_parser() -> argparse.ArgumentParser:
     add('--seed', type=whole_number, default=0, metavar='K',
         help='of what this command draws, and of --start (default: %(default)s)')
     add('--only', nargs='+', default=(), metavar='ID', help='rules to report, such as W6')
-    add('--junit', type=Path, metavar='FILE', help='write the verdicts as JUnit XML')
+    add('--junit', type=file_to_write, metavar='FILE', help='write the verdicts as JUnit XML')
     add('--bags', type=Path, metavar='DIR',
         help='where the messages of each failure are written (default: runs/check-TIME)')
     return parser
@@ -96,7 +97,10 @@ def failure_bags(channel: RosChannel, options: argparse.Namespace,
         shortest = verdict
         if number < MOST_SHORTENED:
             print(f'check: repeats what broke {verdict.rule}, to shorten it', file=sys.stderr)
-            shortest = shortest_failure(verdict, PLANS[options.kind], check)
+            try:
+                shortest = shortest_failure(verdict, PLANS[options.kind], check)
+            except NoNodeError as error:  # what was found before stays
+                print(f'check: does not shorten it: {error}', file=sys.stderr)
         yield verdict.rule, write_bag(folder / verdict.rule, options.kind,
                                       shortest.transcript, channel.namespace)
 
@@ -106,7 +110,7 @@ def ros_channel(options: argparse.Namespace, arguments: Sequence[str]) -> Iterat
     """Give a channel to the node, with ROS started. arguments: those of ROS, as a namespace."""
     start_rclpy(['check', *arguments])
     node = rclpy.create_node('check')
-    started = StartedNode(options.start) if options.start else None
+    started = None if options.start is None else StartedNode(options.start)
     with interrupts() as stop:
         try:
             channel = RosChannel(node, options.kind, stop, started, options.seed)
@@ -125,8 +129,9 @@ def _start(started: StartedNode, options: argparse.Namespace) -> None:
     try:
         started.start(options.seed)
     except (OSError, ValueError) as error:
+        reason = reason_of(error) if isinstance(error, OSError) else error
         raise NoNodeError(f'--start must be a command that can be run, got {options.start!r} '
-                          f'({error})') from None
+                          f'({reason})') from None
 
 
 def main(argv: list[str]) -> int:

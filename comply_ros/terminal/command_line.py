@@ -2,6 +2,8 @@
 """A parser of command lines that reads numbers as maps and sweeps do."""
 
 import argparse
+import os
+from pathlib import Path
 from typing import Any
 
 from comply_ros.numerics.number_text import NUMBER, read_integer, read_number
@@ -21,6 +23,14 @@ def whole_number(text: str) -> int:
         return read_integer(text)
     except ValueError as error:
         raise argparse.ArgumentTypeError(str(error)) from None
+
+
+def file_to_write(text: str) -> Path:
+    """Value of an option that is the path of a file, for `type=`, as `whole_number`."""
+    path = Path(text)
+    if path.is_dir() or not os.access(path.parent, os.W_OK):
+        raise argparse.ArgumentTypeError(f'it must be a file that can be written, got {text!r}')
+    return path
 
 
 def real_number(text: str) -> float:

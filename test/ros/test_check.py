@@ -6,15 +6,21 @@ import shlex
 import signal
 import subprocess
 import sys
+from types import SimpleNamespace
 import xml.etree.ElementTree as ElementTree
 
+from check_channels import MachineChannel
 from example_nodes import example, EXAMPLES
 from node_processes import log_has, nodes, run
 import pytest
 from waiting import DEADLINE, wait_until
 
 from comply_ros.bags.bag_reader import Bag
+from comply_ros.nodes.check import failure_bags
+from comply_ros.nodes.check_channel import NoNodeError
 from comply_ros.nodes.node_processes import START
+from comply_ros.protocol.messages import StateReward
+from comply_ros.protocol.rule_report import FAIL, Received, Verdict
 
 pytestmark = pytest.mark.usefixtures('domain')
 OWN = {'world': 'own_world', 'mentor': 'own_mentor', 'learner': 'own_learner'}
@@ -108,11 +114,35 @@ def test_an_unknown_rule_is_one_sentence():
     assert "got 'M99'" in done.stderr
 
 
-def test_a_start_that_cannot_be_run_is_one_sentence():
-    done = run('check', 'mentor', '--start', 'no_such_command_here --x')
-    assert done.returncode == 2 and done.stderr.startswith(
-        "check: --start must be a command that can be run, got 'no_such_command_here --x' (")
-    assert done.stderr.count('\n') == 1
+@pytest.mark.parametrize('command, reason', [
+    ('no_such_command_here --x', 'no such program'), ('', 'no such program'),
+    ('python "', 'No closing quotation')])
+def test_a_start_that_cannot_be_run_is_one_sentence(command, reason):
+    done = run('check', 'mentor', '--start', command)
+    assert (done.returncode, done.stderr) == (2, (
+        f'check: --start must be a command that can be run, got {command!r} ({reason})\n'))
+
+
+@pytest.mark.parametrize('name', ['no_folder/check.xml', ''])
+def test_a_file_that_cannot_be_written_is_reported_before_the_check(tmp_path, name):
+    done = run('check', 'mentor', '--junit', str(tmp_path / name))
+    assert done.returncode == 2 and done.stderr.endswith(
+        f'argument --junit: it must be a file that can be written, got {str(tmp_path / name)!r}\n')
+
+
+def test_what_was_found_stays_where_another_node_comes_while_it_is_shortened(
+        tmp_path, capsys):
+    class OtherNodeChannel(MachineChannel):
+        namespace = '/'
+
+        def send(self, msg):
+            raise NoNodeError('no other node must publish')
+    failed = Verdict('M6', FAIL, 'a policy', 'none', (), 3, (Received(
+        1.0, StateReward(7, 1, 0, 3, 0.0, False, False)),))
+    options = SimpleNamespace(kind='mentor', map='bar_grid', seed=0, bags=tmp_path)
+    bags = dict(failure_bags(OtherNodeChannel(None), options, [failed]))
+    assert str(bags['M6']) == f'{tmp_path}/M6 (1 message)'
+    assert 'check: does not shorten it: no other node must' in capsys.readouterr().err
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGKILL])
