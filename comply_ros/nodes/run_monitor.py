@@ -187,8 +187,10 @@ class RunMonitor(SafeParameterNode):
             self._episodes.append(msg)  # until it is known which run is that of the lesson
             while self.own_run is not None and self._episodes:
                 each = self._episodes.popleft()
-                if each.run == self.own_run and (progress := counter.add(each)):
-                    self._on_progress(progress)
+                if each.run == self.own_run:
+                    _check_complete(counter, each)
+                    if progress := counter.add(each):
+                        self._on_progress(progress)
         self._subscribe(EPISODE, on_episode)
 
     def _request_again(self) -> None:
@@ -262,3 +264,12 @@ class RunMonitor(SafeParameterNode):
             if status.level != OK:
                 self.unwell[name] = \
                     f'{name} {" ".join(status.message.split())}'[:MAX_STATUS_LENGTH]
+
+
+def _check_complete(counter: IterationCounter, msg: Episode) -> None:
+    """Raise LessonFailed if an episode before this one was lost, and the world has it no more."""
+    missing = counter.missing_before(msg)
+    if missing >= REPORTS:
+        raise LessonFailed(f'the world reported {missing} episodes before episode {msg.episode} '
+                           'that did not arrive here, so iterations cannot be counted: give the '
+                           'world a rate')

@@ -22,6 +22,10 @@ class IterationCounter:
         self._iterations, self._episodes = iterations, episodes
         self._steps, self._returns = 0, list[float]()
 
+    def missing_before(self, msg: Episode) -> int:
+        """Return how many episodes before this one were not counted."""
+        return max(0, msg.episode - len(self._returns) - 1)
+
     def add(self, msg: Episode) -> Progress | None:
         """Count an episode, if it is the next one; return the iteration that ends with it."""
         if msg.episode != len(self._returns) + 1:

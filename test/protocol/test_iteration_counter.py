@@ -24,9 +24,10 @@ def test_two_episodes_of_returns_1_and_4_are_an_iteration_of_2_and_a_half():
 
 def test_an_episode_that_comes_twice_or_too_early_is_not_counted():
     counter = IterationCounter(iterations=9, episodes=1)
-    assert counter.add(episode(2, 1.0)) is None
+    assert counter.add(episode(2, 1.0)) is None and counter.missing_before(episode(2, 1.0)) == 1
     assert counter.add(episode(1, 1.0)).iteration == 1
     assert counter.add(episode(1, 1.0)) is None
+    assert [counter.missing_before(episode(k, 1.0)) for k in (1, 2, 1002)] == [0, 0, 1000]
 
 
 def test_what_comes_after_the_last_iteration_is_not_counted():

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which run the monitor of a lesson follows, and what it ignores, by messages over topics."""
 
+from contextlib import nullcontext
 from dataclasses import replace
 import time
 from types import SimpleNamespace
@@ -13,9 +14,10 @@ from tiny_worlds import grid
 from waiting import DEADLINE
 
 from comply_ros.nodes.diagnostics import OK, process_name, RUN, TOPIC
-from comply_ros.nodes.run_monitor import RunMonitor
-from comply_ros.nodes.topics import encoder, MENTOR_POLICY, PROGRESS, WORLD
-from comply_ros.protocol.messages import Policy, Progress
+from comply_ros.nodes.run_monitor import LessonFailed, RunMonitor
+from comply_ros.nodes.topics import encoder, EPISODE, MENTOR_POLICY, PROGRESS, WORLD
+from comply_ros.protocol.iteration_counter import IterationCounter
+from comply_ros.protocol.messages import Episode, Policy, Progress, REPORTS
 from comply_ros.protocol.world_description import describe_world
 
 GRID = grid('..G')
@@ -25,8 +27,8 @@ ADVICE = (1, 1, -1)
 class Bench:
     """A monitor, and publishers of all that it follows, in one process."""
 
-    def __init__(self):
-        self.monitor = RunMonitor('', GRID)
+    def __init__(self, *arguments):
+        self.monitor = RunMonitor('', GRID, *arguments)
         self._node = rclpy.create_node('publishers')
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self.monitor)
@@ -68,6 +70,22 @@ def bench(domain):
     rclpy.init()
     try:
         yield Bench()
+    finally:
+        rclpy.try_shutdown()
+
+
+@pytest.mark.parametrize('lost, outcome', [
+    (REPORTS - 1, nullcontext()),  # the world still has them
+    (REPORTS, pytest.raises(LessonFailed, match='1000 episodes before episode 1001 that did not'))])
+def test_episodes_that_are_lost_for_ever_end_a_lesson_with_an_external_learner(
+        domain, lost, outcome):
+    rclpy.init()
+    try:
+        bench = Bench('learner', IterationCounter(3, 2))
+        bench.world(7)
+        bench.monitor.own_run = 7
+        with outcome:
+            bench.publish(EPISODE, Episode(7, lost + 1, 4, 1.0, True, False))
     finally:
         rclpy.try_shutdown()
 
