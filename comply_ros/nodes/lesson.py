@@ -126,7 +126,7 @@ def run_lesson(options: TrainingOptions, disturbance: Disturbance = lambda _: nu
             monitor, options = _monitor(options, stop)
             discovered = time.monotonic() + (  # from when there is a node to discover
                 DISCOVERY_WITH_RESPAWN if options.args.respawn else DISCOVERY)
-            with running(options, held=True) as monitor.processes:
+            with running(options, held=True, external=options.args.external) as monitor.processes:
                 return _start_and_watch(options, monitor, discovered, stop, disturbance)
     finally:
         rclpy.try_shutdown()

@@ -34,15 +34,19 @@ def namespace_arguments(name: str) -> list[str]:
     return ['-r', f'__ns:=/{name.strip("/")}'] if name.strip('/') else []
 
 
-def running(options: TrainingOptions, held: bool = False,
+def running(options: TrainingOptions, held: bool = False, external: str = '',
             ) -> AbstractContextManager[list[NodeProcess]]:
-    """Run the three nodes as processes that end with the block, whatever happens in it."""
-    arguments = ['--params-file', str(write_parameters(options))]
+    """
+    Run the three nodes as processes that end with the block, whatever happens in it.
+
+    external: the part whose node is not started, since it runs already.
+    """
+    arguments = ['--params-file', str(write_parameters(options, external))]
     shutil.rmtree(options.out / STATE, ignore_errors=True)  # of an earlier lesson
     (options.out / 'learning.npz').unlink(missing_ok=True)
     arguments += namespace_arguments(options.args.namespace)
     if options.args.rate:
         arguments += parameter_arguments({'rate': options.args.rate})
     names = [name for part, name in zip(PARTS, (world_node(options), *NODES[1:]))
-             if part != options.args.external]
+             if part != external]
     return run_nodes(dict.fromkeys(names, arguments), options.out, held)

@@ -82,7 +82,11 @@ def test_ctrl_c_ends_a_soak_and_its_nodes(tmp_path):
     process = subprocess.Popen([*COMMAND, '--map', 'bar_grid', '--out', str(tmp_path)],
                                stderr=subprocess.PIPE, text=True, start_new_session=True)
     logs = [tmp_path / f'{name}.log' for name in ('grid_world', 'mentor', 'learner')]
-    wait_until(lambda: all(log.exists() and 'ready' in log.read_text() for log in logs), 'nodes')
+
+    def are_ready():
+        assert process.poll() is None, process.communicate()[1]
+        return all(log.exists() and 'ready' in log.read_text() for log in logs)
+    wait_until(are_ready, 'nodes')
     ids = Path(f'/proc/{process.pid}/task/{process.pid}/children').read_text().split()
     process.send_signal(signal.SIGINT)
     output = process.communicate(timeout=DEADLINE)[1]
