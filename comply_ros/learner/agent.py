@@ -12,7 +12,7 @@ from comply_ros.learner.confidence import apply_advice_prior
 from comply_ros.learner.exploration import choose, DRAWS, policy_action
 from comply_ros.learner.learned import begin_from, Learned, learned_by
 from comply_ros.learner.learner_config import LearnerConfig
-from comply_ros.learner.learner_state import initial_state, LearnerState
+from comply_ros.learner.learner_state import initial_state, LearnerState, NO_MODEL
 from comply_ros.learner.model import finish_episode
 from comply_ros.learner.reconfigure import changed_state
 from comply_ros.learner.update_rules import decay_schedules, learn
@@ -249,6 +249,7 @@ class Agent:
         for name in COUNTERS:
             setattr(self, name, values[name.lstrip('_')])
         self.draws.skip_to(values['observations'])
+        arrays = {**NO_MODEL, **arrays}  # written before there were models
         for name, array in self.state._asdict().items():
             if arrays[name].shape != array.shape:
                 raise ValueError(f'{name} must have the shape {array.shape}, '

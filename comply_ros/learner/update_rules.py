@@ -8,6 +8,7 @@ from comply_ros.learner.eligibility_traces import mark_trace, propagate_along_tr
 from comply_ros.learner.learner_config import BETA, EXPLICIT, KernelConfig
 from comply_ros.learner.learner_state import LearnerState
 from comply_ros.learner.model import backup, mark_visited, record_outcome
+from comply_ros.learner.outcome_model import learn_outcome
 from comply_ros.numerics.jit import kernel
 from comply_ros.numerics.q_ops import max_q_except
 
@@ -18,12 +19,18 @@ def learn(s: int, a: int, r: float, s2: int, a2: int, done: bool, advice: int,
     """
     Change all arrays by one transition: SARSA (2.15), Q-learning (2.17), compliance (3.3).
 
+    With a model, see `learn_outcome`.
+
     Parameters
     ----------
     done: s2 is terminal and has the value 0.
     advice: the mentor's action in s, -1 for none.
 
     """
+    if len(config.has_model) > 0:
+        learn_outcome(s, a, r, s2, done, config, state)
+        state.departures[s] += 1.0
+        return
     q, visits = state.q, state.visits
     target, trace_factor = r, 1.0
     if not done:

@@ -9,6 +9,7 @@ from typing import Any, Protocol, TypeVar
 
 Function = TypeVar('Function', bound=FunctionType)
 KERNELS: dict[str, Callable[..., Any]] = {}
+CALLED: set[Callable[..., Any]] = set()  # of them those that compiled code calls
 SPOILED = EOFError, ImportError, OSError, ValueError, UnpicklingError  # what a bad cache raises
 
 
@@ -36,6 +37,16 @@ def kernel(function: Function) -> Function:
     return function
 
 
+def long_kernel(function: Function) -> Function:
+    """
+    Return the function unchanged, as a kernel that compiled code calls, and does not take in.
+
+    For a long one with several callers, of which each would compile it again.
+    """
+    CALLED.add(function)
+    return kernel(function)
+
+
 def plain_view(array: Any) -> Any:
     """View of an array for plain kernels: single elements come three times as fast."""
     return memoryview(array)
@@ -56,7 +67,7 @@ def compiled(entry: Callable[..., Any]) -> Callable[..., Any]:
         return entry
     for function in KERNELS.values():
         if function is not entry:
-            register_jitable(_nrt=False, forceinline=True)(function)
+            register_jitable(_nrt=False, forceinline=function not in CALLED)(function)
     folder = _caches[0].folder() if _caches else None
     if folder:
         setattr(numba.config, 'CACHE_DIR', folder)

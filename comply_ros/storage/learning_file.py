@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from comply_ros.learner.learned import Learned, LearningError
 from comply_ros.learner.learner_config import ConfigError, LearnerConfig
-from comply_ros.learner.learner_state import LearnerState
+from comply_ros.learner.learner_state import LearnerState, NO_MODEL
 from comply_ros.storage.file_system import atomic_write, path_errors, PathError
 from comply_ros.storage.versions import FORMAT_VERSION
 
@@ -85,8 +85,8 @@ def _names() -> tuple[str, ...]:
 
 
 def _learned(arrays: dict[str, NDArray[Any]], source: str) -> Learned:
-    missing = [name for name in _names() if name not in arrays]
-    if len(missing) == len(_names()):
+    missing = [name for name in _names() if name not in arrays and name not in NO_MODEL]
+    if not arrays:
         raise LearningError('it is no .npz file, or it is damaged')
     if missing:
         raise LearningError(f'it has no array {missing[0]!r}: version 0.1.0 wrote none'
@@ -104,5 +104,6 @@ def _learned(arrays: dict[str, NDArray[Any]], source: str) -> Learned:
         raise LearningError(f'of its settings, {str(error)[:MAX_TEXT]}') from None
     except (ValueError, TypeError, RecursionError):
         raise LearningError('its settings must be fields of a method') from None
+    arrays = {**NO_MODEL, **arrays}  # written before there were models
     state = LearnerState(**{name: arrays[name] for name in LearnerState._fields})
     return Learned(str(facts['world']), config, state, *(arrays[name] for name in ARRAYS), source)

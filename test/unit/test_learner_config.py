@@ -45,7 +45,7 @@ def test_every_field_has_a_text_and_every_number_a_range():
     ('discount', 1, 'discount must be a number such as 1.0, got 1'),
     ('off_policy', 1, 'off_policy must be true or false, got 1'),
     ('trust', 'blind', 'trust must be one of none, scheduled, beta, explicit, shaping, '
-     "jump_start, head_start, got 'blind'"),
+     "jump_start, head_start, track_record, got 'blind'"),
 ])
 def test_a_value_out_of_its_range_is_rejected(name, value, message):
     with pytest.raises(ConfigError) as error:
@@ -57,6 +57,19 @@ def test_a_learner_with_a_model_counts_whole_visits():
     with pytest.raises(ConfigError) as error:
         LearnerConfig(replays=True, visit_growth=0.5)
     assert str(error.value) == 'visit_growth must be 1.0 where replays is true, got 0.5'
+
+
+@pytest.mark.parametrize('settings, message', [
+    ({'visit_growth': 0.5}, 'visit_growth must be 1.0 where learns_model is true, got 0.5'),
+    ({'replays': True}, 'replays must be false where learns_model is true, got true'),
+    ({'trust': 'beta'},
+     "trust must be none or track_record where learns_model is true, got 'beta'"),
+    ({'trust': 'track_record', 'learns_model': False},
+     'learns_model must be true where trust is track_record, got false')])
+def test_a_model_of_outcomes_rules_out_other_ways_to_learn(settings, message):
+    with pytest.raises(ConfigError) as error:
+        LearnerConfig(**{'learns_model': True, **settings})
+    assert str(error.value) == message
 
 
 def test_some_ranges_depend_on_the_kind_of_trust():
