@@ -24,7 +24,7 @@ def test_kernels_get_every_field_as_a_number():
     config = find_method('explicit', 'report')
     kernel_config = config.for_kernels(4)
     assert TRUSTS[kernel_config.trust] == 'explicit'
-    assert all(isinstance(value, (bool, int, float)) for value in kernel_config[:-1])
+    assert all(isinstance(value, (bool, int, float)) for value in kernel_config[:-2])
     assert len(kernel_config.actions) == 4
     for name in names:
         assert name == 'trust' or getattr(kernel_config, name) == getattr(config, name)
