@@ -55,7 +55,7 @@ CHOICES = {
         'beta_implicit', 'explicit', 'beta_implicit_off_policy', 'explicit_off_policy',
         'constant_lambda', 'vanishing_lambda', 'beta_implicit_lambda', 'explicit_lambda',
         'pi_reuse', 'policy_shaping', 'jump_start', 'sarsa_epsilon', 'q_learning_epsilon',
-        'expected_sarsa', 'double_q_learning', 'head_start'],
+        'expected_sarsa', 'double_q_learning', 'head_start', 'model_based'],
     'profile': ['', 'report', 'published'],
     'learns': ['', 'true', 'false'],
     'respawn': ['true', 'false'],

@@ -241,8 +241,9 @@ class Agent:
         for name in COUNTERS:
             setattr(self, name, values[name.lstrip('_')])
         self.draws.skip_to(values['observations'])
+        arrays = {**LATER_ARRAYS, **arrays}
         for name, array in self.state._asdict().items():
-            saved = arrays[name] if name not in LATER_ARRAYS else arrays.get(name, array[:0])
+            saved = arrays[name]
             if saved.shape != array.shape:
                 raise ValueError(f'{name} must have the shape {array.shape}, got {saved.shape}')
             array[...] = saved

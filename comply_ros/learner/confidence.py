@@ -16,8 +16,11 @@ from comply_ros.learner.learner_config import (
     LearnerConfig,
     SCHEDULED,
     SHAPING,
+    TRACK_RECORD,
 )
 from comply_ros.learner.learner_state import Array, DISCARD, IN_POOL, LearnerState, LISTEN
+from comply_ros.learner.model_exploration import following_probability
+from comply_ros.learner.track_record import hear_advice
 from comply_ros.numerics.action_values import Actions, count_actions, count_untried, max_q_except
 from comply_ros.numerics.jit import kernel
 
@@ -46,6 +49,8 @@ def confidence(s: int, advice: int, step: int, config: KernelConfig, state: Lear
         if count_untried(s, state.q, state.visits, config.actions) > 0:
             return 1.0 - exploration_probability(advice, config, state)
         return 1.0
+    if len(config.has_model) > 0 and config.trust == TRACK_RECORD:
+        return following_probability(s, advice, config, state)
     return 0.0
 
 
@@ -56,7 +61,11 @@ def apply_advice_prior(s: int, advice: int, config: KernelConfig, state: Learner
 
     Head start: the advised action starts above the others, once, and it is counted whether the
     advice is the best action here. Learned prior: the first belief in a state is the pooled one.
+    Track record: see `hear_advice`.
     """
+    if len(config.has_model) > 0:
+        hear_advice(s, advice if config.trust == TRACK_RECORD else -1, config, state)
+        return
     if advice < 0:
         return
     if config.trust == HEAD_START:
@@ -136,7 +145,7 @@ def confidence_map(config: LearnerConfig, state: LearnerState,
     """
     kernel_config, views = config.for_kernels(state.q.shape[1]), state.views()
     advice = np.asarray(advice)
-    weighs_action = config.trust in ('shaping', 'head_start')
+    weighs_action = config.trust in ('shaping', 'head_start', 'track_record')
     if weighs_action:
         special = advice >= 0
     elif config.trust in ('beta', 'explicit'):

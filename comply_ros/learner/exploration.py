@@ -6,6 +6,7 @@ import math
 from comply_ros.learner.confidence import confidence, exploration_probability
 from comply_ros.learner.learner_config import HEAD_START, KernelConfig, NO_TRUST
 from comply_ros.learner.learner_state import Array, LearnerState
+from comply_ros.learner.model_exploration import model_action
 from comply_ros.numerics.action_values import (
     Actions,
     count_actions,
@@ -26,7 +27,8 @@ def choose(s: int, advice: int, step: int, u_listen: float, u_act: float,
     Return the action in state s, and the confidence p in the advice: (3.2), (3.7).
 
     The advice is followed where u_listen < p. Otherwise the softmax (2.24) decides, or the best
-    action and chance (epsilon-greedy); with a head start, an action never tried or the best one.
+    action and chance (epsilon-greedy); with a head start, an action never tried or the best one;
+    with a model, see `model_action`.
 
     Parameters
     ----------
@@ -40,6 +42,9 @@ def choose(s: int, advice: int, step: int, u_listen: float, u_act: float,
         p = confidence(s, advice, step, config, state)
     if u_listen < p:
         return advice, p
+    if len(config.has_model) > 0:
+        heard = advice if config.trust != NO_TRUST else -1
+        return model_action(s, heard, u_listen, u_act, config, state), p
     if config.trust == HEAD_START:
         explores = u_listen >= 1.0 - exploration_probability(advice, config, state)
         return greedy_or_untried_action(

@@ -11,8 +11,10 @@ from typing import Any
 from comply_ros.numerics.action_values import actions_for_kernels
 from comply_ros.numerics.number_text import read_integer, read_number
 
-TRUSTS = ('none', 'scheduled', 'beta', 'explicit', 'shaping', 'jump_start', 'head_start')
-NO_TRUST, SCHEDULED, BETA, EXPLICIT, SHAPING, JUMP_START, HEAD_START = range(len(TRUSTS))
+TRUSTS = ('none', 'scheduled', 'beta', 'explicit', 'shaping', 'jump_start', 'head_start',
+          'track_record')
+(NO_TRUST, SCHEDULED, BETA, EXPLICIT, SHAPING, JUMP_START, HEAD_START,
+ TRACK_RECORD) = range(len(TRUSTS))
 
 TINY = 1e-9  # the softmax needs a temperature above 0
 ANY = 1_000_000  # bound of a field that needs none
@@ -52,6 +54,18 @@ class LearnerConfig:
     replays: bool = _field(
         False, 'Compute action values from a model of the usual outcome of each action, backed up '
         'along the episode at its end, instead of (2.15) and (2.17)')
+    learns_model: bool = _field(
+        False, 'Compute action values from counts of all outcomes of each action, with a prior of '
+        'slips that is learned over all states, backed up to the states that lead there')
+    slip_prior: float = _field(
+        8.0, 'learns_model: the prior of an action counts as much as this many samples', TINY,
+        ANY)
+    untried_value: float = _field(
+        0.65, 'learns_model: value of an action that was never tried, as a share of the largest '
+        'reward seen', 0, 1)
+    advice_slack: float = _field(
+        0.12, 'track_record: by how much the value of good advice may lie below the best one, as '
+        'a share of the largest reward; it falls with the visits and with the record', 0, 1)
     discount: float = _field(1.0, 'Discount factor gamma of (2.2)', 0, 1)
     initial_value: float = _field(0.0, 'Action value of an action that was never tried', -ANY, ANY)
     learning_rate: float = _field(1.0, 'First learning rate of (2.26)', 0, 1)
@@ -78,8 +92,9 @@ class LearnerConfig:
     trust: str = _field(
         'none', 'How the confidence in the mentor is computed: none, by a schedule (3.6), by a '
         'Beta belief (3.7), from the values of listening and discarding (3.11), as a factor on '
-        'the softmax (policy shaping), 1 in the first steps of an episode (jump_start), or from '
-        'a higher first action value (head_start)', choices=TRUSTS)
+        'the softmax (policy shaping), 1 in the first steps of an episode (jump_start), from a '
+        'higher first action value (head_start), or from how good the advice proved in a model '
+        '(track_record)', choices=TRUSTS)
     excludes_refused: bool = _field(
         False, 'An action that was recommended and not followed is excluded from the choice (3.2)')
     confidence: float = _field(
@@ -101,9 +116,9 @@ class LearnerConfig:
         False, 'The first belief in a state is the mean over all states left before, not '
         'belief_listen and belief_discard (section 5.3)', trusts=('beta', 'explicit'))
     exploration_probability: float = _field(
-        0.4, 'head_start: probability of trying an action that was never tried; where there is '
-        'advice, times the share of all advice that is not the best action', 0, 1,
-        trusts=('head_start',))
+        0.4, 'head_start and track_record: probability of trying an action that was never tried; '
+        'where there is advice, times the share of all advice that is not the best action', 0, 1,
+        trusts=('head_start', 'track_record'))
     trust_rate: float = _field(
         1.0, 'Rate of the Beta belief, gamma of (4.2), or weight of the new value, 1 - beta '
         'of (3.12)', 0, 1000, trusts=('beta', 'explicit'))
@@ -144,9 +159,18 @@ class LearnerConfig:
     def __post_init__(self) -> None:
         for each in fields(self):
             _check(each, getattr(self, each.name))
-        if self.replays and self.visit_growth != 1.0:
-            raise ConfigError('visit_growth must be 1.0 where replays is true, '
-                              f'got {self.visit_growth}')
+        for name in ('replays', 'learns_model'):
+            if getattr(self, name) and self.visit_growth != 1.0:
+                raise ConfigError(f'visit_growth must be 1.0 where {name} is true, '
+                                  f'got {self.visit_growth}')
+        for name in ('replays', 'expects', 'doubles'):
+            if self.learns_model and getattr(self, name):
+                raise ConfigError(f'{name} must be false where learns_model is true, got true')
+        if self.learns_model and self.trust not in ('none', 'track_record'):
+            raise ConfigError('trust must be none or track_record where learns_model is true, '
+                              f'got {self.trust!r}')
+        if self.trust == 'track_record' and not self.learns_model:
+            raise ConfigError('learns_model must be true where trust is track_record, got false')
         if self.expects and (self.off_policy or self.replays or self.trust != 'none'):
             raise ConfigError(
                 'off_policy and replays must be false and trust none where expects is true, got '
@@ -168,11 +192,14 @@ class LearnerConfig:
         """
         Return the fields as a tuple for kernels, with `trust` as its index in TRUSTS.
 
-        n_actions: of the world; the field `actions` has it, see `actions_for_kernels`.
+        n_actions: of the world; the field `actions` has it, see `actions_for_kernels`. The field
+            `has_model` has one element with a model and none without: a length that the compiler
+            knows, so that each has machine code of its own.
         """
         values = {name: getattr(self, name) for name in CONFIG_FIELDS}
         return KernelConfig(**{**values, 'trust': TRUSTS.index(self.trust)},
-                            actions=actions_for_kernels(n_actions))
+                            actions=actions_for_kernels(n_actions),
+                            has_model=(1,) if self.learns_model else ())
 
     def needs_mentor(self) -> bool:
         """Tell whether a decision waits for a recommendation."""
@@ -191,7 +218,7 @@ class LearnerConfig:
 
 
 CONFIG_FIELDS = {each.name: each for each in fields(LearnerConfig)}
-KernelConfig: Any = namedtuple('KernelConfig', (*CONFIG_FIELDS, 'actions'))
+KernelConfig: Any = namedtuple('KernelConfig', (*CONFIG_FIELDS, 'actions', 'has_model'))
 TYPES = {'bool': bool, 'int': int, 'float': float, 'str': str}  # as the fields are annotated
 PARSERS: dict[type, Callable[[str], Any]] = {
     bool: lambda text: {'true': True, 'false': False}[text.lower()], int: read_integer,

@@ -14,6 +14,8 @@ from comply_ros.numerics.jit import plain_view
 from comply_ros.world.mdp import World
 
 LISTEN, DISCARD, IN_POOL = range(3)  # belief[s, ...]
+HITS, TRIALS, LARGEST_REWARD, SCALE = range(4)  # pooled[...]
+OUTCOMES, PREDECESSORS = 8, 16  # that a model keeps of each action, and of each state
 
 # In a node the fields are memoryviews of the arrays: single elements come three times as fast.
 Array = NDArray[Any]
@@ -45,6 +47,17 @@ class LearnerState(NamedTuple):
     outcomes: `outcomes[s, a]`: mean reward, most frequent successor, its votes.
     half_difference: `half_difference[s, a]`: of the two tables of double Q-learning, which are
         q + half_difference and q - half_difference.
+    model: `model[s, a, k]` of outcome k: number of samples, successor, mean reward.
+    pooled: over all states: how often an action had its usual outcome, of how many times; the
+        largest reward, and the largest absolute value of a reward.
+    values: `values[s]`, of the best action.
+    potential: `potential[s, a]`: probability of trying an action that may be better than it looks.
+    advised: int64: `advised[s]`, the newest advice, -1 for none.
+    predecessors: int64: `predecessors[s]`: a number of states that lead to s, then these states.
+    queue: int64: where the first state that waits for a backup is, and how many wait; then a ring
+        of states.
+    queued: int64: `queued[s]`, 1 if the state waits.
+    workspace: what the last backup knew of each action.
 
     """
 
@@ -66,6 +79,15 @@ class LearnerState(NamedTuple):
     trail: Array
     outcomes: Array
     half_difference: Array
+    model: Array
+    pooled: Array
+    values: Array
+    potential: Array
+    advised: Array
+    predecessors: Array
+    queue: Array
+    queued: Array
+    workspace: Array
 
     def views(self) -> LearnerState:
         """Return memoryviews of the same arrays, for kernels that run as plain Python."""
@@ -79,14 +101,11 @@ class LearnerState(NamedTuple):
         return sha.hexdigest()
 
 
-# Arrays that what was saved before they came does not have: they had no elements then.
-LATER_ARRAYS = ('half_difference',)
-
-
 def initial_state(world: World, config: LearnerConfig) -> LearnerState:
     """State of a learner that has not seen anything of the world yet."""
     states, n_actions = world.n_states, world.n_actions
-    traced = states if config.trace_decay > 0 or config.replays else 0
+    traced = states if config.trace_decay > 0 or config.replays or config.learns_model \
+        else 0
     first_belief = (config.belief_listen, config.belief_discard)
 
     def scalar(value: float) -> Array:
@@ -105,4 +124,25 @@ def initial_state(world: World, config: LearnerConfig) -> LearnerState:
         traces=np.zeros((traced, n_actions)),
         trail=np.zeros(1 + n_actions * traced, dtype=np.int64),
         outcomes=np.zeros((states if config.replays else 0, n_actions, 3)),
-        half_difference=np.zeros((states if config.doubles else 0, n_actions)))
+        half_difference=np.zeros((states, n_actions)) if config.doubles else NO_DIFFERENCE,
+        **(_model_arrays(states, n_actions) if config.learns_model else NO_MODEL))
+
+
+def _model_arrays(states: int, n_actions: int) -> dict[str, Array]:
+    """Return the arrays of a learner with a model that has not seen anything yet."""
+    return {
+        'model': np.zeros((states, n_actions, OUTCOMES, 3)), 'pooled': np.zeros(4),
+        'values': np.zeros(states), 'potential': np.zeros((states, n_actions)),
+        'advised': np.full(states, -1),
+        'predecessors': np.zeros((states, 1 + PREDECESSORS), dtype=np.int64),
+        'queue': np.zeros(2 + states, dtype=np.int64),
+        'queued': np.zeros(states, dtype=np.int64), 'workspace': np.zeros((n_actions, 5))}
+
+
+# The same arrays of any other learner.
+NO_MODEL: dict[str, Array] = {
+    name: np.zeros(array.ndim * (0,), dtype=array.dtype)
+    for name, array in _model_arrays(0, 0).items()}
+NO_DIFFERENCE = np.zeros((0, 0))
+# Arrays that came later: what was saved before has none of them.
+LATER_ARRAYS = {**NO_MODEL, 'half_difference': NO_DIFFERENCE}

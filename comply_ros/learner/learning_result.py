@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from comply_ros.learner.confidence import confidence_map
 from comply_ros.learner.learner_config import LearnerConfig
-from comply_ros.learner.learner_state import initial_state, LearnerState
+from comply_ros.learner.learner_state import initial_state, LearnerState, PREDECESSORS
 from comply_ros.learner.reconfigure import changed_state
 from comply_ros.mentor.policy_validation import PolicyError, validate_policy
 from comply_ros.world.grid import NO_ACTION
@@ -19,9 +19,10 @@ from comply_ros.world.mdp import World
 Actions = NDArray[Any]  # of the `action_type` of the world
 
 TRUSTED = 0.5  # a learner that does not explore follows advice of more confidence than this
-# Schedules, and what belongs to an episode: a learner that begins from others' values has its own.
+# Schedules, and what belongs to an episode or waits: a learner that begins from others' values has
+# its own.
 STARTS_ANEW = ('scheduled_confidence', 'temperature', 'trust_rate', 'guided_stage', 'best_return',
-               'traces', 'trail')
+               'traces', 'trail', 'queue', 'queued', 'workspace')
 
 
 class LearningError(ValueError):
@@ -79,7 +80,9 @@ class Learned(NamedTuple):
             _validate_type(name, getattr(self, name), no_advice)
             validate_policy(getattr(self, name), world)
         state, states = self.state, len(world.free)
-        successor = state.outcomes[..., 1]
+        successor, modelled = state.outcomes[..., 1], state.model[..., 1:2]
+        counts, before = state.model[..., :1], state.predecessors
+        hits, trials, _, scale = state.pooled if len(state.pooled) else np.zeros(4)
         for name, rule, holds in (
                 ('q', '-inf where there is no such action, and finite elsewhere',
                  np.where(world.available, np.isfinite(state.q), state.q == -np.inf)),
@@ -90,6 +93,21 @@ class Learned(NamedTuple):
                 ('outcomes', 'finite, with states of the world',
                  np.isfinite(state.outcomes).all() and (successor >= -1.0).all()
                  and (successor < states).all()),
+                ('model', 'finite, with whole counts of at least 0 and states of the world',
+                 np.isfinite(state.model).all() and (counts >= 0).all()
+                 and (modelled >= -1.0).all() and (modelled < states).all()
+                 and (counts == np.floor(counts)).all()
+                 and (modelled == np.floor(modelled)).all()),
+                ('pooled', 'finite, with at most as many hits as trials',
+                 np.isfinite(state.pooled).all() and 0 <= hits <= trials and scale >= 0),
+                ('values', 'finite', np.isfinite(state.values)),
+                ('potential', 'finite and at least 0',
+                 (state.potential >= 0) & np.isfinite(state.potential)),
+                ('advised', 'an action, or -1',
+                 (state.advised >= NO_ACTION) & (state.advised < world.n_actions)),
+                ('predecessors', 'a number of states, and states of the world',
+                 (before >= 0).all() and (before[:, :1] <= PREDECESSORS).all()
+                 and (before[:, 1:] < states).all()),
                 ('pool_size', 'finite and at least 1', _at_least(1.0, state.pool_size)),
                 ('pool_listen', 'finite', np.isfinite(state.pool_listen)),
                 ('pool_discard', 'finite', np.isfinite(state.pool_discard)),
@@ -157,9 +175,10 @@ def begin_from(learned: Learned, world: World, config: LearnerConfig) -> Learner
 
     """
     learned.validate(world)
-    if config.replays and not learned.config.replays:
-        raise LearningError(f'{learned.source} must be of a learner with replays true, as this '
-                            'one is, got one with replays false')
+    for name in ('replays', 'learns_model'):
+        if getattr(config, name) and not getattr(learned.config, name):
+            raise LearningError(f'{learned.source} must be of a learner with {name} true, as this '
+                                f'one is, got one with {name} false')
     fresh = initial_state(world, config)
     state = changed_state(learned.state, world, learned.config, config)
     return state._replace(**{name: getattr(fresh, name) for name in STARTS_ANEW})

@@ -124,4 +124,11 @@ _HEAD_START = LearnerConfig(
 for table in (PUBLISHED, REPORT):
     table['head_start'] = _HEAD_START
 
+# Full counts of outcomes, a prior for slips that all states share, and a mentor whose advice is
+# followed as far as it proved good: docs/methods/model_based.md derives it.
+_MODEL_BASED = LearnerConfig(
+    learns_model=True, trust='track_record', off_policy=True, iterations=399)
+for table in (PUBLISHED, REPORT):
+    table['model_based'] = _MODEL_BASED
+
 METHODS = {'report': REPORT, 'published': PUBLISHED}

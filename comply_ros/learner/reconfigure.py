@@ -14,7 +14,7 @@ from comply_ros.world.mdp import World
 IMMEDIATE = {'confidence': 'scheduled_confidence', 'temperature': 'temperature',
              'trust_rate': 'trust_rate'}
 MENTOR_FIELDS = ('guided_stage', 'best_return', 'advice_agreed', 'advice_seen', 'pool_size',
-                 'pool_listen', 'pool_discard')  # start again with another kind of trust
+                 'pool_listen', 'pool_discard', 'advised')  # anew with another kind of trust
 
 
 def changed_config(config: LearnerConfig, changes: dict[str, Any],
@@ -31,9 +31,11 @@ def changed_config(config: LearnerConfig, changes: dict[str, Any],
     if iterations != config.iterations and 0 < iterations <= iterations_done:
         raise ConfigError(f'iterations must be 0, or above the {iterations_done} that are done, '
                           f'got {iterations}')
-    if changes.get('replays', config.replays) != config.replays:
-        raise ConfigError(f'replays must stay {str(config.replays).lower()} while a learner runs, '
-                          f'since its arrays differ, got {str(changes["replays"]).lower()}')
+    for name in ('replays', 'learns_model'):
+        before = getattr(config, name)
+        if changes.get(name, before) != before:
+            raise ConfigError(f'{name} must stay {str(before).lower()} while a learner runs, '
+                              f'since its arrays differ, got {str(changes[name]).lower()}')
     return replace(config, **changes)
 
 

@@ -8,6 +8,7 @@ from comply_ros.learner.eligibility_traces import mark_trace, propagate_along_tr
 from comply_ros.learner.exploration import expected_value
 from comply_ros.learner.learner_config import BETA, EXPLICIT, KernelConfig
 from comply_ros.learner.learner_state import LearnerState
+from comply_ros.learner.outcome_model import learn_outcome
 from comply_ros.learner.usual_outcome import backup, mark_visited, record_outcome
 from comply_ros.numerics.action_values import count_actions, max_q_except, NOTHING
 from comply_ros.numerics.jit import kernel
@@ -19,6 +20,8 @@ def learn(s: int, a: int, r: float, s2: int, a2: int, done: bool, advice: int, u
     """
     Change all arrays by one transition: SARSA (2.15), Q-learning (2.17), compliance (3.3).
 
+    With a model, see `learn_outcome`.
+
     Parameters
     ----------
     done: s2 is terminal and has the value 0.
@@ -26,6 +29,10 @@ def learn(s: int, a: int, r: float, s2: int, a2: int, done: bool, advice: int, u
     u: uniform in [0, 1): which of two tables learns.
 
     """
+    if len(config.has_model) > 0:
+        learn_outcome(s, a, r, s2, done, config, state)
+        state.departures[s] += 1.0
+        return
     if config.doubles:
         learn_double(s, a, r, s2, done, u < 0.5, config, state)
         return

@@ -4,6 +4,7 @@
 from comply_ros.learner.eligibility_traces import clear_traces
 from comply_ros.learner.learner_config import KernelConfig
 from comply_ros.learner.learner_state import Array, LearnerState
+from comply_ros.learner.outcome_model import back_up
 from comply_ros.numerics.action_values import Actions, count_actions, max_q_except, NOTHING
 from comply_ros.numerics.jit import kernel
 
@@ -61,8 +62,11 @@ def mark_visited(s: int, traces: Array, trail: Array, actions: Actions) -> None:
 @kernel
 def finish_episode(config: KernelConfig, state: LearnerState) -> None:
     """Clear the traces; with a model, first back up the states of the episode, last one first."""
-    if config.replays:
+    if config.replays or len(config.has_model) > 0:
         for i in range(state.trail[0], 0, -1):
             s = state.trail[i] // count_actions(config.actions)
-            backup(s, config.discount, state.q, state.visits, state.outcomes, config.actions)
+            if len(config.has_model) > 0:
+                back_up(s, config, state)
+            else:
+                backup(s, config.discount, state.q, state.visits, state.outcomes, config.actions)
     clear_traces(state.traces, state.trail, config.actions)

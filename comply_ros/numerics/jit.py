@@ -9,6 +9,8 @@ from typing import Any, Protocol, TypeVar
 
 Function = TypeVar('Function', bound=FunctionType)
 KERNELS: dict[str, Callable[..., Any]] = {}
+# Of them, those that compiled code calls: the field without which it does not, and a stand-in.
+CALLED: dict[Callable[..., Any], tuple[str, Any]] = {}
 SPOILED = EOFError, ImportError, OSError, ValueError, UnpicklingError  # what a bad cache raises
 
 
@@ -36,6 +38,20 @@ def kernel(function: Function) -> Function:
     return function
 
 
+def long_kernel(field: str, otherwise: Any) -> Callable[[Function], Function]:
+    """
+    Return a decorator of a kernel that compiled code calls, and does not take in.
+
+    For a long one with several callers, of which each would compile it again. Where the tuple of
+    settings that is among its arguments has an empty tuple in a field, it is not compiled at all:
+    then it is never called, and what it would return is `otherwise`, which only has its type.
+    """
+    def decorate(function: Function) -> Function:
+        CALLED[function] = field, otherwise
+        return kernel(function)
+    return decorate
+
+
 def plain_view(array: Any) -> Any:
     """View of an array for plain kernels: single elements come three times as fast."""
     return memoryview(array)
@@ -55,12 +71,27 @@ def compiled(entry: Callable[..., Any]) -> Callable[..., Any]:
     except ImportError:
         return entry
     for function in KERNELS.values():
-        if function is not entry:
+        if function in CALLED:
+            _register_call(function, *CALLED[function])
+        elif function is not entry:
             register_jitable(_nrt=False, forceinline=True)(function)
     folder = _caches[0].folder() if _caches else None
     if folder:
         setattr(numba.config, 'CACHE_DIR', folder)
     return numba.njit(nogil=True, error_model='numpy', cache=bool(folder), _nrt=False)(entry)
+
+
+def _register_call(function: Callable[..., Any], field: str, otherwise: Any) -> None:
+    """Let compiled code call a kernel, or a stand-in where the field of a tuple is empty."""
+    from numba.extending import overload
+
+    @overload(function, jit_options={'_nrt': False}, strict=False)
+    def choose(*kinds: Any) -> Callable[..., Any]:
+        for kind in kinds:
+            fields = getattr(kind, 'fields', ())
+            if field in fields and len(kind.types[fields.index(field)]) == 0:
+                return lambda *arguments: otherwise
+        return function
 
 
 def run_compiled(entry: Callable[..., Any], *arguments: Any) -> Any:

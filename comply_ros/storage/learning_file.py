@@ -85,10 +85,9 @@ def _names() -> tuple[str, ...]:
 
 
 def _learned(arrays: dict[str, NDArray[Any]], source: str) -> Learned:
-    if 'q' in arrays:
-        arrays = {**dict.fromkeys(LATER_ARRAYS, np.atleast_1d(arrays['q'])[:0]), **arrays}
+    arrays = {**LATER_ARRAYS, **arrays} if arrays else {}
     missing = [name for name in _names() if name not in arrays]
-    if len(missing) == len(_names()):
+    if not arrays:
         raise LearningError('it is no .npz file, or it is damaged')
     if missing:
         raise LearningError(f'it has no array {missing[0]!r}: version 0.1.0 wrote none'

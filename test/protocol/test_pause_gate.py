@@ -314,6 +314,8 @@ def test_another_kind_of_trust_starts_again_and_what_else_was_learned_stays():
     ({'learning_rate': 2.0}, 'learning_rate must lie in [0, 1], got 2.0'),
     ({'discount': float('nan')}, 'discount must lie in [0, 1], got nan'),
     ({'iterations': 1}, 'iterations must be 0, or above the 2 that are done, got 1'),
+    ({'learns_model': True}, 'learns_model must stay false while a learner runs, since its arrays '
+     'differ, got true'),
     ({'replays': True}, 'replays must stay false while a learner runs, since its arrays differ, '
                         'got true'),
     ({'belief_listen': 0.0}, 'belief_listen and belief_discard must be above 0 where trust is '

@@ -130,7 +130,7 @@ def call(node, kind, name, **request):
     ('learner', 'method:=sarse', 'learner: parameter method must be one of '
      f"{', '.join(METHODS['published'])}, got 'sarse'"),
     ('learner', 'trust:=blind', 'learner: parameter trust must be one of none, scheduled, beta, '
-     "explicit, shaping, jump_start, head_start, got 'blind'"),
+     "explicit, shaping, jump_start, head_start, track_record, got 'blind'"),
     ('learner', 'belief_listen:=-1.0', 'learner: belief_listen and belief_discard must be above 0 '
      'where trust is beta, got -1.0 and 2.0'),
     ('grid_world', 'seed:=-1',

@@ -107,7 +107,8 @@ def test_where_trust_depends_on_the_advice_the_confidence_without_advice_is_0():
 @pytest.mark.parametrize('settings', [
     {'trust': 'none'}, {'trust': 'scheduled', 'confidence': 0.7}, {'trust': 'beta'},
     {'trust': 'explicit', 'trust_rate': 0.1}, {'trust': 'shaping', 'confidence': 0.9},
-    {'trust': 'beta', 'learns_prior': True}, {'trust': 'jump_start'}, {'trust': 'head_start'}],
+    {'trust': 'beta', 'learns_prior': True}, {'trust': 'jump_start'}, {'trust': 'head_start'},
+    {'trust': 'track_record', 'learns_model': True}],
     ids=str)
 @pytest.mark.parametrize('share', [0.0, 0.5, 1.0])
 def test_a_confidence_map_is_what_the_kernel_returns_state_by_state(settings, share):
@@ -117,7 +118,7 @@ def test_a_confidence_map_is_what_the_kernel_returns_state_by_state(settings, sh
     for array in (state.belief, state.visits, state.departures):
         array[visited] += generator.integers(0, 3, size=array[visited].shape)
     state.departures[visited & (generator.random(9) < 0.5)] = 1.0
-    weighs_action = settings['trust'] in ('shaping', 'head_start')
+    weighs_action = settings['trust'] in ('shaping', 'head_start', 'track_record')
     expected = [0.0 if weighs_action and action < 0
                 else bench.confidence(lambda kernel: kernel, s, int(action))
                 for s, action in enumerate(advice)]

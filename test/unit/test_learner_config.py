@@ -37,11 +37,12 @@ def learn(config):
 
 def test_kernels_get_every_field_as_a_number():
     names = tuple(each.name for each in fields(LearnerConfig))
-    assert KernelConfig._fields == (*CONFIG_FIELDS, 'actions') == (*names, 'actions')
+    assert tuple(CONFIG_FIELDS) == names
+    assert KernelConfig._fields == (*names, 'actions', 'has_model')
     config = find_method('explicit', 'report')
     kernel_config = config.for_kernels(4)
     assert TRUSTS[kernel_config.trust] == 'explicit'
-    assert all(isinstance(value, (bool, int, float)) for value in kernel_config[:-1])
+    assert all(isinstance(value, (bool, int, float)) for value in kernel_config[:-2])
     assert len(kernel_config.actions) == 4
     for name in names:
         assert name == 'trust' or getattr(kernel_config, name) == getattr(config, name)
@@ -63,7 +64,7 @@ def test_every_field_has_a_text_and_every_number_a_range():
     ('discount', 1, 'discount must be a number such as 1.0, got 1'),
     ('off_policy', 1, 'off_policy must be true or false, got 1'),
     ('trust', 'blind', 'trust must be one of none, scheduled, beta, explicit, shaping, '
-     "jump_start, head_start, got 'blind'"),
+     "jump_start, head_start, track_record, got 'blind'"),
 ])
 def test_a_value_out_of_its_range_is_rejected(name, value, message):
     with pytest.raises(ConfigError) as error:
@@ -90,6 +91,22 @@ def test_a_learner_with_a_model_counts_whole_visits():
 def test_what_a_method_cannot_be_at_the_same_time_is_rejected(settings, message):
     with pytest.raises(ConfigError) as error:
         LearnerConfig(**settings)
+    assert str(error.value) == message
+
+
+@pytest.mark.parametrize('settings, message', [
+    ({'visit_growth': 0.5}, 'visit_growth must be 1.0 where learns_model is true, got 0.5'),
+    ({'replays': True}, 'replays must be false where learns_model is true, got true'),
+    ({'expects': True}, 'expects must be false where learns_model is true, got true'),
+    ({'doubles': True, 'off_policy': True},
+     'doubles must be false where learns_model is true, got true'),
+    ({'trust': 'beta'},
+     "trust must be none or track_record where learns_model is true, got 'beta'"),
+    ({'trust': 'track_record', 'learns_model': False},
+     'learns_model must be true where trust is track_record, got false')])
+def test_a_model_of_outcomes_rules_out_other_ways_to_learn(settings, message):
+    with pytest.raises(ConfigError) as error:
+        LearnerConfig(**{'learns_model': True, **settings})
     assert str(error.value) == message
 
 

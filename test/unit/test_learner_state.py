@@ -16,7 +16,9 @@ from comply_ros.learner.learner_state import LearnerState
 SCALARS = ('scheduled_confidence', 'temperature', 'trust_rate', 'guided_stage', 'best_return',
            'advice_agreed', 'advice_seen', 'pool_size', 'pool_listen', 'pool_discard')
 FIELDS = ('q', 'visits', 'belief', 'departures', *SCALARS, 'traces', 'trail', 'outcomes',
-          'half_difference')
+          'half_difference', 'model', 'pooled', 'values', 'potential', 'advised', 'predecessors',
+          'queue', 'queued', 'workspace')
+OF_A_MODEL = FIELDS[FIELDS.index('model'):]
 
 
 def test_a_fresh_state_knows_which_actions_there_are():
@@ -52,9 +54,10 @@ def test_the_digest_is_that_of_the_layout_of_version_0_1_0(settings):
 
 @pytest.mark.parametrize('name', FIELDS)
 def test_every_array_counts_in_the_digest(name):
-    with_all = {'doubles': True, 'off_policy': True} if name == 'half_difference' else {
-        'replays': True}
-    state = Bench(corridor(), **with_all).state
+    settings = {'learns_model': True} if name in OF_A_MODEL else {'replays': True}
+    if name == 'half_difference':
+        settings = {'doubles': True, 'off_policy': True}
+    state = Bench(corridor(), **settings).state
     before = state.digest()
     getattr(state, name).flat[0] = 7
     assert state.digest() != before

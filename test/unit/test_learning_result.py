@@ -115,7 +115,7 @@ def test_a_learner_begins_with_values_and_beliefs_and_with_schedules_of_its_own(
     state, fresh = begin_from(before.learned(), world, config), initial_state(world, config)
     for name, array in state._asdict().items():
         own = name in ('scheduled_confidence', 'temperature', 'trust_rate', 'guided_stage',
-                       'best_return', 'traces', 'trail')
+                       'best_return', 'traces', 'trail', 'queue', 'queued', 'workspace')
         assert (array == getattr(fresh if own else before.state, name)).all(), name
         assert not np.shares_memory(array, getattr(before.state, name))
 
@@ -133,6 +133,9 @@ def test_a_learning_without_a_model_cannot_begin_one_with_a_model():
     with pytest.raises(LearningError, match='must be of a learner with replays true'):
         begin_from(trained('sarsa').learned(), World(read_map('bar_grid', 'published')),
                    METHODS['published']['head_start'])
+    with pytest.raises(LearningError, match='must be of a learner with learns_model true'):
+        begin_from(trained('sarsa').learned(), World(read_map('bar_grid', 'published')),
+                   METHODS['published']['model_based'])
 
 
 def test_a_learning_of_another_world_is_rejected_with_both_hashes():

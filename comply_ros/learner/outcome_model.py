@@ -1,0 +1,236 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Model of all outcomes of each action, with a slip prior of all states, and its backups."""
+
+import math
+
+from comply_ros.learner.learner_config import KernelConfig
+from comply_ros.learner.learner_state import (
+    Array,
+    HITS,
+    LARGEST_REWARD,
+    LearnerState,
+    OUTCOMES,
+    PREDECESSORS,
+    SCALE,
+    TRIALS,
+)
+from comply_ros.learner.prior_values import expected_untried_value, usual_probability
+from comply_ros.numerics.action_values import count_actions, NOTHING
+from comply_ros.numerics.jit import kernel, long_kernel
+
+COUNT, SUCCESSOR, REWARD = range(3)  # model[s, a, k, ...]
+SAMPLES, VALUE_SUM, USUAL, USUAL_COUNT, USUAL_VALUE = range(5)  # workspace[a, ...]
+TERMINAL = -1.0  # successor of an outcome that ends the episode in a terminal state
+MOST_BACKUPS = 20  # of other states, after each step
+TOLERANCE = 3e-4  # of the largest reward: smaller changes of a value are not passed on
+TIME_COST = 3e-4  # of the largest reward: what a step costs beside its reward
+
+
+@kernel
+def record_transition(s: int, a: int, r: float, s2: int, done: bool, state: LearnerState) -> None:
+    """
+    Change model, pooled, visits and predecessors by one transition.
+
+    The ninth outcome of an action, and any later one, is counted with the rarest that is kept,
+    the last of them where several are: the newest of these stands for all.
+    """
+    model, pooled = state.model, state.pooled
+    successor = TERMINAL if done else float(s2)
+    place, usual, rarest = -1, 0, 0
+    for k in range(OUTCOMES):
+        if model[s, a, k, COUNT] == 0.0:
+            place = k if place < 0 else place
+            break
+        if model[s, a, k, COUNT] > model[s, a, usual, COUNT]:
+            usual = k
+        if model[s, a, k, COUNT] <= model[s, a, rarest, COUNT]:
+            rarest = k
+        if model[s, a, k, SUCCESSOR] == successor:
+            place = k
+    place = rarest if place < 0 else place
+    if state.visits[s, a] >= 3.0:  # twice before: there is a usual outcome
+        pooled[TRIALS] += 1.0
+        pooled[HITS] += 1.0 if place == usual else 0.0
+    pooled[LARGEST_REWARD] = max(pooled[LARGEST_REWARD], r)
+    pooled[SCALE] = max(pooled[SCALE], abs(r))
+    is_new = model[s, a, place, COUNT] == 0.0 or model[s, a, place, SUCCESSOR] != successor
+    if is_new and not done:
+        _add_predecessor(s2, s, state.predecessors)
+    model[s, a, place, SUCCESSOR] = successor
+    model[s, a, place, COUNT] += 1.0
+    count = model[s, a, place, COUNT]
+    model[s, a, place, REWARD] += (r - model[s, a, place, REWARD]) / count
+    state.visits[s, a] += 1.0
+
+
+@kernel
+def _add_predecessor(s: int, before: int, predecessors: Array) -> None:
+    """Change predecessors[s]: the first 16 states that lead to s are kept, after their number."""
+    count = predecessors[s, 0]
+    for i in range(1, count + 1):
+        if predecessors[s, i] == before:
+            return
+    if count < PREDECESSORS:
+        predecessors[s, 0] = count + 1
+        predecessors[s, count + 1] = before
+
+
+@kernel
+def mark_step(s: int, traces: Array, trail: Array, config: KernelConfig) -> None:
+    """Change traces and trail: traces[s, 0] counts how often s was left in this episode."""
+    if traces[s, 0] == 0.0:
+        trail[0] += 1
+        trail[trail[0]] = count_actions(config.actions) * s
+    traces[s, 0] += 1.0
+
+
+@long_kernel('has_model', None)
+def learn_outcome(s: int, a: int, r: float, s2: int, done: bool, config: KernelConfig,
+                  state: LearnerState) -> None:
+    """Change the model by one transition, and the values of s and of states that lead there."""
+    record_transition(s, a, r, s2, done, state)
+    mark_step(s, state.traces, state.trail, config)
+    _back_up_and_pass_on(s, config, state)
+    propagate(config, state)
+
+
+@kernel
+def propagate(config: KernelConfig, state: LearnerState) -> None:
+    """Change the values of the states that wait, first come, first served; at most 20 of them."""
+    queue, size = state.queue, len(state.queued)
+    for _ in range(MOST_BACKUPS):
+        if queue[1] == 0:
+            return
+        s = queue[2 + queue[0]]
+        queue[0] = (queue[0] + 1) % size
+        queue[1] -= 1
+        state.queued[s] = 0
+        _back_up_and_pass_on(s, config, state)
+
+
+@kernel
+def _back_up_and_pass_on(s: int, config: KernelConfig, state: LearnerState) -> None:
+    """Change the values of s; if its state value moved, the states that lead there wait."""
+    change = back_up(s, config, state)
+    if change <= TOLERANCE * state.pooled[SCALE]:
+        return
+    queue, queued, size = state.queue, state.queued, len(state.queued)
+    for i in range(1, state.predecessors[s, 0] + 1):
+        before = state.predecessors[s, i]
+        if queued[before] == 0:
+            queued[before] = 1
+            queue[2 + (queue[0] + queue[1]) % size] = before
+            queue[1] += 1
+
+
+@long_kernel('has_model', 0.0)
+def back_up(s: int, config: KernelConfig, state: LearnerState) -> float:
+    """
+    Change q[s], values[s] and potential[s]; return by how much values[s] changed.
+
+    An action with n samples has the value (2.10) of its counts and of K = `slip_prior` samples
+    more: a share p of them the usual outcome, the others as the other actions of the state.
+    """
+    q, visits, workspace = state.q, state.visits, state.workspace
+    samples, value_sum, best_value, best_successor = _sum_up(s, config, state)
+    p, prior, top, greedy = usual_probability(state.pooled), config.slip_prior, NOTHING, 0
+    cost = TIME_COST * (state.pooled[SCALE] if state.pooled[SCALE] > 0.0 else 1.0)
+    for a in range(count_actions(config.actions)):
+        if q[s, a] <= NOTHING:
+            continue
+        count = visits[s, a] - 1.0
+        if count == 0.0:
+            q[s, a] = expected_untried_value(s, a, False, config, state)
+        else:
+            usual = _intended_value(s, a, config, state)
+            others = usual
+            if samples > count:
+                others = (value_sum - workspace[a, VALUE_SUM]) / (samples - count)
+            believed = prior * (p * usual + (1.0 - p) * others)
+            q[s, a] = (workspace[a, VALUE_SUM] + believed) / (count + prior) - cost
+        if q[s, a] > top:
+            top, greedy = q[s, a], a
+    change = abs(top - state.values[s])
+    state.values[s] = top
+    _update_potential(s, greedy, best_value, best_successor, config, state)
+    return change
+
+
+@kernel
+def _sum_up(s: int, config: KernelConfig,
+            state: LearnerState) -> tuple[float, float, float, float]:
+    """
+    Change the workspace: what is known of each action of state s.
+
+    Return the samples of all actions, the sum of their values, and of all outcomes seen in s the
+    one with the highest value: this value and its successor.
+    """
+    model, workspace = state.model, state.workspace
+    samples, value_sum, best_value, best_successor = 0.0, 0.0, NOTHING, TERMINAL
+    for a in range(count_actions(config.actions)):
+        workspace[a, SAMPLES], workspace[a, VALUE_SUM] = 0.0, 0.0
+        workspace[a, USUAL_COUNT] = 0.0
+        for k in range(OUTCOMES):
+            count = model[s, a, k, COUNT]
+            if count == 0.0:
+                break
+            successor = model[s, a, k, SUCCESSOR]
+            following = 0.0 if successor == TERMINAL else state.values[int(successor)]
+            value = model[s, a, k, REWARD] + config.discount * following
+            workspace[a, SAMPLES] += count
+            workspace[a, VALUE_SUM] += count * value
+            if count > workspace[a, USUAL_COUNT]:
+                workspace[a, USUAL_COUNT], workspace[a, USUAL] = count, successor
+                workspace[a, USUAL_VALUE] = value
+            if value > best_value:
+                best_value, best_successor = value, successor
+        samples += workspace[a, SAMPLES]
+        value_sum += workspace[a, VALUE_SUM]
+    return samples, value_sum, best_value, best_successor
+
+
+@kernel
+def _intended_value(s: int, a: int, config: KernelConfig, state: LearnerState) -> float:
+    """
+    Value of the usual outcome of an action that was tried.
+
+    Where another action has that outcome more often, this one may only have slipped there: then
+    its usual outcome is not known yet, and has the value of an action never tried.
+    """
+    workspace = state.workspace
+    for b in range(count_actions(config.actions)):
+        if b != a and workspace[b, USUAL_COUNT] > workspace[a, USUAL_COUNT] \
+                and workspace[b, USUAL] == workspace[a, USUAL]:
+            return expected_untried_value(s, -1, True, config, state)
+    return workspace[a, USUAL_VALUE]
+
+
+@kernel
+def _update_potential(s: int, greedy: int, best_value: float, best_successor: float,
+                      config: KernelConfig, state: LearnerState) -> None:
+    """
+    Change potential[s, a]: the chance to try a, since it may lead to the best outcome known here.
+
+    Where the best action has another usual outcome, any other action may be the one that is meant
+    to lead to the best outcome, and may have slipped so far. An action that had its usual outcome
+    d times more often is tried with probability ratio^d, the likelihood ratio of the two.
+    """
+    workspace, potential, have, p = state.workspace, state.potential, 0.0, usual_probability(
+        state.pooled)
+    for a in range(count_actions(config.actions)):
+        potential[s, a] = 0.0
+        have += 1.0 if state.q[s, a] > NOTHING else 0.0
+    margin = TOLERANCE * state.pooled[SCALE]
+    if workspace[greedy, SAMPLES] == 0.0 or p == 1.0 or \
+            best_value <= workspace[greedy, USUAL_VALUE] + margin:
+        return
+    ratio = min(1.0, (1.0 - p) / (p * max(have - 1.0, 1.0)))
+    for a in range(count_actions(config.actions)):
+        if a != greedy and workspace[a, SAMPLES] > 0.0 and workspace[a, USUAL] != best_successor:
+            seen = 0.0
+            for k in range(OUTCOMES):
+                if state.model[s, a, k, COUNT] == 0.0:
+                    break
+                if state.model[s, a, k, SUCCESSOR] == best_successor:
+                    seen = state.model[s, a, k, COUNT]
+            potential[s, a] = math.pow(ratio, workspace[a, USUAL_COUNT] - seen)

@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The record of a mentor of a learner with a model, and what follows from it, by hand."""
+
+import math
+
+import pytest
+from tiny_worlds import Bench, room
+
+from comply_ros.learner.exploration import choose
+from comply_ros.learner.model_exploration import doubtful_probability, new_probability
+from comply_ros.learner.prior_values import credence, doubt_of, outcome_spread
+from comply_ros.learner.track_record import advice_holds, advice_slack, hear_advice
+from comply_ros.world.grid import DOWN, LEFT, RIGHT, UP
+
+
+def mentored(agreed=1.0, seen=1.0, **settings):
+    """Return a bench where 10 was earned, p is 0.5, and of advice some proved good."""
+    bench = Bench(room(), learns_model=True, trust='track_record', **settings)
+    bench.state.pooled[...] = [1.0, 3.0, 10.0, 10.0]  # p = (1 + 1) / (3 + 1)
+    bench.state.advice_agreed[0], bench.state.advice_seen[0] = agreed, seen
+    return bench
+
+
+def tried(bench, *values, s=4):
+    """All actions of the state were tried three times, and have these values."""
+    bench.state.visits[s], bench.state.q[s] = 4.0, values
+
+
+def hear(as_run, bench, advice, s=4):
+    """Hear advice in a state, and return the record: how often it was good, of how many times."""
+    as_run(hear_advice)(s, advice, bench.kernel_config, bench.state)
+    return bench.state.advice_agreed[0], bench.state.advice_seen[0]
+
+
+@pytest.mark.parametrize('agreed, credit', [(8.0, 1.0), (6.0, 0.25), (4.0, 0.0), (1.0, 0.0)])
+def test_the_credit_of_a_mentor_falls_to_0_at_one_half(as_run, agreed, credit):
+    assert as_run(credence)(mentored(agreed, 8.0).state) == pytest.approx(credit)
+
+
+def test_a_mentor_that_was_not_proved_is_in_doubt_where_outcomes_are_random(as_run):
+    bench = mentored()
+    assert as_run(doubt_of)(bench.state) == pytest.approx(1 - 1 / 1.1)
+    bench.state.pooled[:2] = 3.0  # p is 1
+    assert as_run(doubt_of)(bench.state) == 0.0
+
+
+def test_outcomes_are_most_random_where_half_of_them_are_usual(as_run):
+    bench = mentored()
+    assert as_run(outcome_spread)(bench.state.pooled) == 1.0
+    bench.state.pooled[:2] = 3.0, 4.0  # 2 sqrt(0.8 * 0.2)
+    assert as_run(outcome_spread)(bench.state.pooled) == pytest.approx(0.8)
+
+
+def test_good_advice_may_be_worse_by_a_slack_that_falls_with_visits_and_record(as_run):
+    bench = mentored(6.0, 8.0)  # 0.12 * 10 * 1 * 0.25 / sqrt(3 + 1) = 0.15
+    tried(bench, 0.86, 1.0, 0.84, 0.0)
+    slack = as_run(advice_slack)(4, LEFT, bench.kernel_config, bench.state)
+    assert slack == pytest.approx(0.15)
+    holds = [as_run(advice_holds)(4, a, bench.kernel_config, bench.state) for a in range(4)]
+    assert holds == [True, True, False, False]
+
+
+def test_in_a_loop_only_the_best_advice_holds_and_nothing_that_leaves_more_to_try(as_run):
+    bench = mentored()
+    tried(bench, 0.99, 1.0, 0.0, 0.0)
+    bench.state.traces[4, 0] = 8.0
+    holds = [as_run(advice_holds)(4, a, bench.kernel_config, bench.state) for a in range(4)]
+    assert holds == [False, True, False, False]
+    bench.state.visits[4, DOWN] = 1.0
+    assert not as_run(advice_holds)(4, RIGHT, bench.kernel_config, bench.state)
+
+
+def test_advice_counts_once_it_was_tried_and_another_action_too(as_run):
+    bench = mentored()
+    assert hear(as_run, bench, LEFT) == (1.0, 1.0)  # nothing was tried
+    bench.state.visits[4, LEFT], bench.state.q[4, LEFT] = 2.0, 1.0
+    assert hear(as_run, bench, LEFT) == (1.0, 1.0)  # it alone
+    tried(bench, 1.0, 3.0, 0.0, 0.0)
+    assert hear(as_run, bench, RIGHT) == (2.0, 2.0)
+    assert hear(as_run, bench, LEFT) == (2.0, 3.0)
+    assert hear(as_run, bench, -1) == (2.0, 3.0)
+    assert bench.state.advised[4] == LEFT  # the newest one is remembered
+
+
+def test_advice_that_leads_round_in_circles_counts_against_the_mentor(as_run):
+    bench = mentored()
+    bench.state.traces[4, 0] = 8.0
+    assert hear(as_run, bench, LEFT) == (1.0, 2.0)
+
+
+def test_untried_actions_have_a_share_of_the_largest_reward_and_the_advised_one_more(as_run):
+    bench = mentored(8.0, 8.0)  # credit 1: 0.3 * 10, and 0.03 * 10 more
+    hear(as_run, bench, UP)
+    assert bench.state.q[4].tolist() == pytest.approx([3.0, 3.0, 3.0, 3.3])
+    bench = mentored(2.0, 8.0)  # no credit: 6.5, and 0.3 * (2 * 0.25 - 1)
+    hear(as_run, bench, UP)
+    assert bench.state.q[4].tolist() == pytest.approx([6.5, 6.5, 6.5, 6.35])
+
+
+def test_other_actions_are_worth_no_more_than_tried_advice_of_a_mentor_with_credit(as_run):
+    bench = mentored(6.0, 8.0)  # credit 0.25: 6.5 - 0.25 * 3.5 = 5.625; 3/4 of that and 1/4 of 1
+    bench.state.visits[4, UP], bench.state.q[4, UP] = 2.0, 1.0
+    hear(as_run, bench, UP)
+    assert bench.state.q[4].tolist() == pytest.approx(3 * [0.75 * 5.625 + 0.25] + [1.0])
+
+
+def test_without_advice_untried_actions_are_explored_and_with_it_as_far_as_it_is_in_doubt(as_run):
+    bench = mentored(6.0, 7.9)  # doubt 1 - 6 / 8
+    bench.state.q[4] = [0.0, 1.0, 0.0, 0.0]
+    explores = [as_run(new_probability)(4, a, bench.kernel_config, bench.state)
+                for a in (-1, LEFT, RIGHT)]
+    assert explores == pytest.approx([0.4, 0.4, 0.1])
+    bench.state.potential[4] = [0.2, 0.0, 0.4, 0.0]
+    doubtful = [as_run(doubtful_probability)(4, a, bench.kernel_config, bench.state)
+                for a in (-1, LEFT, RIGHT)]
+    assert doubtful == pytest.approx([0.6, 0.6, 0.15])
+
+
+@pytest.mark.parametrize('advice, u_listen, u_act, action', [
+    (RIGHT, 0.76, 0.0, RIGHT),  # follows below 0.9 * 0.85 = 0.765
+    (RIGHT, 0.77, 0.3, LEFT),   # tries what is in doubt: left with 1/3, down with 2/3
+    (RIGHT, 0.77, 0.4, DOWN),
+    (RIGHT, 0.91, 0.99, UP),    # tries what is new
+    (LEFT, 0.1, 0.0, RIGHT),    # does not follow: the best action below 0.6 * 0.4 = 0.24
+    (LEFT, 0.25, 0.3, LEFT),
+    (-1, 0.61, 0.0, UP)])
+def test_a_choice_follows_or_tries_what_is_in_doubt_or_new_or_is_the_best(
+        as_run, advice, u_listen, u_act, action):
+    bench = mentored(6.0, 7.9)
+    tried(bench, 0.0, 1.0, 0.0, 0.0)
+    bench.state.visits[4, UP] = 1.0
+    bench.state.potential[4] = [0.2, 0.0, 0.4, 0.0]
+    chosen, p = as_run(choose)(4, advice, 0, u_listen, u_act, bench.kernel_config, bench.state)
+    assert chosen == action
+    assert p == pytest.approx(0.765 if advice == RIGHT else 0.0)
+
+
+def test_the_untried_advice_of_a_mentor_that_is_mostly_wrong_is_left_out(as_run):
+    bench = mentored(2.0, 8.0)
+    bench.state.q[4] = [0.0, 1.0, 0.0, 0.0]
+    bench.state.visits[4, [RIGHT, DOWN]] = 4.0  # left and up are new
+    for u_act in (0.0, 0.99):
+        chosen, _ = as_run(choose)(4, LEFT, 0, 0.99, u_act, bench.kernel_config, bench.state)
+        assert chosen == UP
+
+
+def test_equally_good_actions_are_equally_likely_with_a_model(as_run):
+    bench = mentored()
+    tried(bench, 2.0, 2.0, 1.0, 2.0)
+    chosen = [as_run(choose)(4, -1, 0, 0.5, u, bench.kernel_config, bench.state)[0]
+              for u in (0.0, 0.34, math.nextafter(1.0, 0.0))]
+    assert chosen == [LEFT, RIGHT, UP]
