@@ -65,7 +65,8 @@ class LearnerConfig:
         'reward seen', 0, 1)
     advice_slack: float = _field(
         0.12, 'track_record: by how much the value of good advice may lie below the best one, as '
-        'a share of the largest reward; it falls with the visits and with the record', 0, 1)
+        'a share of the largest reward; it falls with the visits and with the record', 0, 1,
+        trusts=('track_record',))
     discount: float = _field(1.0, 'Discount factor gamma of (2.2)', 0, 1)
     initial_value: float = _field(0.0, 'Action value of an action that was never tried', -ANY, ANY)
     learning_rate: float = _field(1.0, 'First learning rate of (2.26)', 0, 1)

@@ -23,7 +23,7 @@ BASIS = LearnerConfig(iterations=12, episodes=5, temperature_factor=0.9, belief_
 OTHER_VALUES = {
     'confidence': 0.3, 'confidence_factor': 0.5, 'reuse_factor': 0.7, 'belief_listen': 3.0,
     'belief_discard': 8.0, 'learns_prior': True, 'exploration_probability': 0.9,
-    'trust_rate': 0.3, 'trust_rate_factor': 0.5, 'sign_only': True, 'bounded_belief': True,
+    'advice_slack': 0.0,     'trust_rate': 0.3, 'trust_rate_factor': 0.5, 'sign_only': True, 'bounded_belief': True,
     'updates_both': False, 'listen_temperature': 2.0, 'listen_temperature_exponent': 0.1,
     'guided_steps': 2, 'guided_stages': 1, 'guided_tolerance': 0.0}
 
@@ -33,6 +33,11 @@ def learn(config):
     learning, results = train_with(config)
     state = learning.state
     return [state.q.tobytes(), state.visits.tobytes(), *(each.mean_return for each in results)]
+
+
+def with_trust(trust):
+    """Return the basis with a kind of trust, and with the model that it may need."""
+    return replace(BASIS, trust=trust, learns_model=trust == 'track_record')
 
 
 def test_kernels_get_every_field_as_a_number():
@@ -139,7 +144,7 @@ def test_a_text_that_is_no_value_of_the_field_is_rejected(name, text, message):
 
 @pytest.mark.parametrize('trust', TRUSTS)
 def test_a_field_that_a_trust_does_not_use_changes_nothing_that_is_learned(trust):
-    known = replace(BASIS, trust=trust)
+    known = with_trust(trust)
     learned = learn(known)
     for name, value in OTHER_VALUES.items():
         if not known.uses(name):
@@ -149,7 +154,7 @@ def test_a_field_that_a_trust_does_not_use_changes_nothing_that_is_learned(trust
 @pytest.mark.parametrize('name', OTHER_VALUES)
 def test_a_field_with_trusts_changes_what_each_of_them_learns(name):
     for trust in CONFIG_FIELDS[name].metadata['trusts']:
-        known = replace(BASIS, trust=trust)
+        known = with_trust(trust)
         assert known.uses(name)
         assert learn(replace(known, **{name: OTHER_VALUES[name]})) != learn(known), trust
 
