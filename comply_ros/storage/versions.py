@@ -8,5 +8,5 @@ FORMAT_VERSION = 3
 # Fields of `LearnerConfig` that older files do not have, and the value that they had then.
 LATER_FIELDS = {'learns': True, 'epsilon': 0.0}
 
-# Raise it when the same inputs give other bits: then test/test_golden_digests.py fails.
+# Raise it when the same inputs give other bits: then test/unit/test_golden_digests.py fails.
 ALGORITHM_VERSION = 1
