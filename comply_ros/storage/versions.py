@@ -6,7 +6,7 @@
 FORMAT_VERSION = 3
 
 # Fields of `LearnerConfig` that older files do not have, and the value that they had then.
-LATER_FIELDS = {'learns': True, 'epsilon': 0.0}
+LATER_FIELDS = {'learns': True, 'epsilon': 0.0, 'expects': False, 'doubles': False}
 
 # Raise it when the same inputs give other bits: then test/unit/test_golden_digests.py fails.
 ALGORITHM_VERSION = 1
