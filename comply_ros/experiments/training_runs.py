@@ -186,7 +186,7 @@ def greedy_curve(run: Run) -> GreedyCurve:
 
 def measures(run: Run, returns: list[float]) -> dict[str, float | None]:
     """
-    Return time to convergence, reward ratio and regret by name; see `learner.return_metrics`.
+    Return time to convergence, reward ratio and regret of a run by name, as `return_metrics`.
 
     None for each in a world without a model.
 

@@ -82,8 +82,9 @@ def checked(channel: RosChannel, options: argparse.Namespace, plan: Plan,
 
 
 def failure_bags(channel: RosChannel, options: argparse.Namespace,
-                 verdicts: Sequence[Verdict]) -> Iterator[tuple[str, FailureBag]]:
-    """Shorten the transcript of each failure and write it; yield its rule and its bag."""
+                 verdicts: Sequence[Verdict], most_shortened: int = MOST_SHORTENED,
+                 ) -> Iterator[tuple[str, FailureBag]]:
+    """Shorten the transcript of some failures, write all; yield rule and bag of each."""
     folder = options.bags or Path(time.strftime('runs/check-%Y-%m-%d-%H-%M-%S'))
     failures = sorted((each for each in verdicts if each.result == FAIL and each.transcript),
                       key=lambda each: each.rule in SHOULD)
@@ -95,7 +96,7 @@ def failure_bags(channel: RosChannel, options: argparse.Namespace,
                 return ()
             return checked(channel, options, shorter, SHORT_PATIENCE)
         shortest = verdict
-        if number < MOST_SHORTENED:
+        if number < most_shortened:
             print(f'check: repeats what broke {verdict.rule}, to shorten it', file=sys.stderr)
             try:
                 shortest = shortest_failure(verdict, PLANS[options.kind], check)
@@ -154,8 +155,12 @@ def _check(options: argparse.Namespace, arguments: Sequence[str],
         found = checked(channel, options, PLANS[options.kind])
         verdicts = tuple(each for each in (*common_verdicts(channel, options.kind), *found)
                          if not options.only or each.rule in options.only)
-        bags = dict(failure_bags(channel, options, verdicts))
-    return _report(options, channel.name, verdicts, titles, bags)
+        has_ended = channel.has_ended()
+        bags = dict(failure_bags(channel, options, verdicts, 0 if has_ended else MOST_SHORTENED))
+    code = _report(options, channel.name, verdicts, titles, bags)
+    if has_ended:
+        print(f'check: {channel.name} has ended during the check', file=sys.stderr)
+    return code or int(has_ended)
 
 
 def _report(options: argparse.Namespace, name: str, verdicts: tuple[Verdict, ...],

@@ -195,6 +195,11 @@ class RosChannel:
             self.wait(lambda: False, QUIET)  # until it knows of these subscribers
         return self.name
 
+    def has_ended(self) -> bool:
+        """Tell whether the node is no longer there; one that was killed is known for a while."""
+        return (self.name not in publisher_names(self._node, PARTS[self._kind])
+                or self._started is not None and self._started.has_ended)
+
     def offered(self, topic: Topic) -> list[QoSProfile]:
         """Return the QoS of the publishers of the node on a topic."""
         return [info.qos_profile for info in self._node.get_publishers_info_by_topic(topic.name)

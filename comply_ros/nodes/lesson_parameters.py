@@ -49,6 +49,7 @@ def write_parameters(options: TrainingOptions, external: str = '') -> Path:
         'learner': {'method': options.method, 'profile': options.profile, 'seed': options.seed,
                     **asdict(options.config), **state, 'initial_learning': initial,
                     'remembers_advice': not (options.budget and options.advising == 'mistakes')}}
+    parameters.pop(options.args.external, None)
     path = options.out / 'parameters.yaml'
     table = {f'/**/{name}': {'ros__parameters': values} for name, values in parameters.items()}
     path.write_text('# What this lesson was run with: --ros-args --params-file parameters.yaml\n'

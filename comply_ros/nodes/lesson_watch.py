@@ -9,9 +9,11 @@ from comply_msgs.srv import Save
 from numpy.typing import NDArray
 from rclpy.executors import SingleThreadedExecutor
 
+from comply_ros.learner.learning_result import LearningError
 from comply_ros.nodes.run_monitor import LessonFailed, RunMonitor
 from comply_ros.nodes.spin import POLL_PERIOD
 from comply_ros.nodes.topics import ANOTHER
+from comply_ros.storage.learning_file import read_learning
 from comply_ros.storage.mentor_cache import mentor_policy
 from comply_ros.terminal.interrupts import check, StopFlag
 from comply_ros.terminal.training_options import TrainingOptions
@@ -43,6 +45,7 @@ class LessonWatch:
         self._options, self._monitor, self._executor = options, monitor, executor
         self._stop, self._show, self._show_line = stop, show, show_line
         self._respawn, self._needs_mentor = options.args.respawn, options.config.needs_mentor()
+        self._file = (options.out / 'learning.npz').resolve()
         self._others = 0  # most mentors besides that of the lesson, at one time
 
     def outcome(self) -> tuple[NDArray[Any] | None, dict[str, Any]]:
@@ -59,24 +62,38 @@ class LessonWatch:
         """
         options, monitor = self._options, self._monitor
         self._spin_until(lambda: monitor.finished and (self._respawn or monitor.own_run_known))
-        seconds, response = monitor.seconds(), None
-        if options.args.external != 'learner' or monitor.can_save:
-            response = self._save()
-            if not response.success:
-                raise LessonFailed(f'the learner could not save: {response.message}')
+        seconds, digest = monitor.seconds(), self._digest()
         advice = monitor.advice
         if self._others and options.args.external != 'mentor':  # any of them may have published
             advice = mentor_policy(options.spec, World(options.source), options.mentor_seed)
         return advice, {
             'seed': options.seed, 'returns': [msg.mean_return for msg in monitor.progress],
             'steps': monitor.progress[-1].steps, 'wall_seconds': seconds,
-            'digest': response.digest if response else None, 'other_mentors': self._others}
+            'digest': digest, 'other_mentors': self._others}
+
+    def _digest(self) -> str | None:
+        """Return the digest of what the learner saved; None where an external one did not."""
+        is_external = self._options.args.external == 'learner'
+        if is_external and not self._monitor.can_save:
+            return None
+        response = self._save()
+        problem = '' if response.success else f'could not save: {response.message}'
+        if is_external and not problem:
+            try:
+                read_learning(self._file).validate(World(self._options.source))
+            except LearningError as error:
+                problem = f'did not save what it learned: {error}'
+        if problem and not is_external:
+            raise LessonFailed(f'the learner {problem}')
+        if problem:
+            self._show_line(f'lesson: the external learner {problem}')
+        return None if problem else response.digest
 
     def _save(self) -> Save.Response:
         """Ask the learner to save until it has answered; return its answer."""
         response = None
         while response is None or response.message.startswith(ANOTHER):  # of another learner
-            future = self._monitor.save((self._options.out / 'learning.npz').resolve())
+            future = self._monitor.save(self._file)
             end = time.monotonic() + SAVE_TIMEOUT  # it may have been killed meanwhile
             self._spin_until(lambda: future.done() or time.monotonic() > end)
             response = future.result()

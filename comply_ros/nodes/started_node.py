@@ -38,6 +38,11 @@ class StartedNode:
         """Whether the command has a place for the seed."""
         return SEED in self._command
 
+    @property
+    def has_ended(self) -> bool:
+        """Whether the command was started, and has ended by itself."""
+        return self._process is not None and self._process.poll() is not None
+
     def start(self, seed: int) -> None:
         """
         Start the node with a seed; it ends when this process is killed.

@@ -15,6 +15,7 @@ RULES = {
     'L8': 'the end of an episode needs no advice', 'L17': 'the learner is described',
     'L18': 'followed is true for advice that was followed'}
 MIDDLE = 3  # step at which a learner joins an episode
+MOST_MOVES = 2000  # to find one that gets so far
 
 
 class LearnerAnswers:
@@ -81,16 +82,23 @@ class LearnerAnswers:
         self._played.machine.on_action(action._replace(learner=self.number or ANYONE))
         return self._played.observation != before
 
-    def skip_to_the_middle(self) -> StateReward:
-        """Move the world to a step in the middle of an episode; return that observation."""
+    def skip_to_the_middle(self) -> StateReward | None:
+        """
+        Move the world to a step in the middle of an episode; return that observation.
+
+        Return None where episodes are too short, in a run that has to begin anew then.
+        """
         played, rng = self._played, random_streams(MIDDLE)[1]  # the same at each call
-        while (here := played.observation).step != MIDDLE or here.terminated or here.truncated:
+        for _ in range(MOST_MOVES):
+            here = played.observation
             over = here.terminated or here.truncated
+            if here.step == MIDDLE and not over:
+                return here
             actions = played.world.available[here.state].nonzero()[0]
             played.machine.on_action(Action(
                 *here[:3], NO_ACTION if over else int(rng.choice(actions)), False, 0.0,
                 ANYONE))
-        return here
+        return None
 
     def check_whole_run(self) -> None:
         """Check what was received in the whole check."""

@@ -140,7 +140,10 @@ class LearnerReplays:
 
     def _join(self, reward: float) -> bool:
         """Let the learner join in the middle of an episode, at a reward."""
-        observation = self._answers.skip_to_the_middle()._replace(reward=reward)
+        middle = self._answers.skip_to_the_middle()
+        if middle is None:
+            return False
+        observation = middle._replace(reward=reward)
         self._played.publish(observation)
         self._channel.wait(lambda: False, QUIET)
         self._publish(observation)

@@ -7,6 +7,7 @@ from check_channels import LearnerChannel
 from check_results import only, results, ROOM, unchanged
 from following_nodes import FOLLOWING
 import pytest
+from tiny_worlds import grid
 
 from comply_ros.learner.presets import find_method
 from comply_ros.protocol.check_learner import LearnerCheck, RULES
@@ -23,9 +24,9 @@ def learner_of(method='explicit', machine=Learner, measuring_iterations=0):
 
 
 def checked_learner(change=unchanged, machine=Learner, method='explicit', measuring_iterations=0,
-                    **options):
+                    source=ROOM, **options):
     learner = learner_of(method, machine, measuring_iterations)
-    return LearnerCheck(ROOM, LearnerChannel(learner, change, **options), seed=2).run()
+    return LearnerCheck(source, LearnerChannel(learner, change, **options), seed=2).run()
 
 
 @pytest.mark.parametrize('method', ['explicit', 'beta_implicit', 'jump_start'])
@@ -197,6 +198,12 @@ def test_a_learner_that_breaks_a_rule_fails_just_that_rule(rule):
 
 def test_what_needs_a_learner_that_starts_anew_is_not_reached_without():
     assert results(checked_learner(resets=False)) == {FAIL: [], NOT_REACHED: ['P6', 'L14', 'L19']}
+
+
+@pytest.mark.parametrize('limit', [1, 3])
+def test_what_needs_the_middle_of_an_episode_is_not_reached_where_they_are_shorter(limit):
+    found = results(checked_learner(source=grid('..G', '...', starts=(0, 1), limit=limit)))
+    assert found[FAIL] == [] and {'L12', 'L14'} <= set(found[NOT_REACHED])
 
 
 def test_what_is_about_learning_is_not_reached_by_a_learner_that_only_measures():

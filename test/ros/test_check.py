@@ -91,6 +91,15 @@ def test_an_example_has_less_than_60_lines_of_code_and_needs_only_rclpy_and_the_
 
 
 @pytest.mark.long
+def test_a_node_that_ends_during_the_check_is_named_and_has_not_passed(tmp_path):
+    learner = start('learner', '-p', 'iterations:=1', '-p', 'episodes:=1',
+                    '-p', 'end_when_finished:=true')
+    done = run('check', 'learner', '--start', learner, '--bags', str(tmp_path))
+    assert done.returncode == 1, done.stdout
+    assert done.stderr.endswith('check: /learner has ended during the check\n')
+
+
+@pytest.mark.long
 def test_without_a_node_it_says_so_and_which_there_are():
     done = run('check', 'learner')
     assert (done.returncode, done.stderr) == (2, (

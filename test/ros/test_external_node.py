@@ -2,6 +2,8 @@
 """`lesson --external`: a node of somebody else takes part, whatever it is called."""
 
 import json
+import subprocess
+import sys
 
 from example_nodes import example
 from node_processes import log_has, nodes, run
@@ -9,6 +11,20 @@ import pytest
 from waiting import wait_until
 
 pytestmark = pytest.mark.usefixtures('domain')
+SAVER = """
+import sys
+from comply_msgs.srv import Save
+import rclpy
+
+def save(request, response):
+    response.success, response.message = sys.argv[1] == 'True', 'disk full'
+    return response
+
+rclpy.init()
+node = rclpy.create_node('saver')
+service = node.create_service(Save, 'save', save)
+rclpy.spin(node)
+"""
 SMALL = ('--map', 'bar_grid', '--mentor', 'noisy:0.3', '--iterations', '3', '--episodes', '5')
 
 
@@ -25,6 +41,7 @@ def test_a_learner_that_neither_reports_nor_saves_is_measured_by_its_episodes(tm
     assert summary['method'] == 'external /own_learner'
     assert summary['iterations'] == len(summary['return_per_iteration']) == 3
     assert summary['steps'] >= 15 and summary['digest'] is None
+    assert '/**/learner' not in (tmp_path / 'parameters.yaml').read_text()
     assert not (tmp_path / 'learner.log').exists() and not (tmp_path / 'learning.npz').exists()
     assert (tmp_path / 'learning_curve.png').exists()
 
@@ -34,6 +51,23 @@ def test_a_learner_that_saves_has_its_digest_in_the_summary(tmp_path):
     with nodes(tmp_path / 'own', learner=('-r', '__node:=theirs')):
         summary = summary_with(tmp_path, 'learner')
     assert len(summary['digest']) == 64 and (tmp_path / 'trust_map.png').exists()
+
+
+@pytest.mark.long
+@pytest.mark.parametrize('success, reason', [
+    ('False', 'could not save: disk full'), ('True', 'did not save what it learned: a learning ')])
+def test_a_learner_that_does_not_save_as_ours_leaves_the_other_results(
+        tmp_path, success, reason):
+    saver = subprocess.Popen([sys.executable, '-c', SAVER, success])
+    try:
+        with example('own_learner'):
+            done = run('lesson', *SMALL, '--external', 'learner', '--out', str(tmp_path))
+    finally:
+        saver.kill()
+        saver.wait()
+    assert done.returncode == 0, done.stderr
+    assert f'lesson: the external learner {reason}' in done.stdout + done.stderr
+    assert json.loads((tmp_path / 'summary.json').read_text())['digest'] is None
 
 
 @pytest.mark.long

@@ -76,8 +76,7 @@ def bench(domain):
 
 @pytest.mark.parametrize('lost, outcome', [
     (REPORTS - 1, nullcontext()),  # the world still has them
-    (REPORTS, pytest.raises(LessonFailed,
-                            match='1000 episodes before episode 1001 that did not'))])
+    (REPORTS, pytest.raises(LessonFailed, match='1000 episodes before episode 1001 that did'))])
 def test_episodes_that_are_lost_for_ever_end_a_lesson_with_an_external_learner(
         domain, lost, outcome):
     rclpy.init()

@@ -23,8 +23,8 @@ BASIS = LearnerConfig(iterations=12, episodes=5, temperature_factor=0.9, belief_
 OTHER_VALUES = {
     'confidence': 0.3, 'confidence_factor': 0.5, 'reuse_factor': 0.7, 'belief_listen': 3.0,
     'belief_discard': 8.0, 'learns_prior': True, 'exploration_probability': 0.9,
-    'advice_slack': 0.0,     'trust_rate': 0.3, 'trust_rate_factor': 0.5, 'sign_only': True, 'bounded_belief': True,
-    'updates_both': False, 'listen_temperature': 2.0, 'listen_temperature_exponent': 0.1,
+    'advice_slack': 1.0, 'trust_rate': 0.3, 'trust_rate_factor': 0.5, 'sign_only': True,
+    'bounded_belief': True, 'updates_both': False, 'listen_temperature': 2.0, 'listen_temperature_exponent': 0.1,
     'guided_steps': 2, 'guided_stages': 1, 'guided_tolerance': 0.0}
 
 
