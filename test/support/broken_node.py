@@ -20,7 +20,7 @@ if rule == 'P1':
 elif rule == 'P2':
     grid_world.EPISODE = EPISODE._replace(qos=LATCHED)
 elif rule == 'P4':
-    protocol_node.stamp_clock = lambda node: lambda: 0
+    protocol_node.StampClock.nanoseconds = lambda clock: 0
 elif rule == 'P12':
     Diagnostics.publish = lambda *arguments: None
 sys.exit((grid_world if rule == 'P2' else mentor).main(sys.argv))
