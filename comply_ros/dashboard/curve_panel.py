@@ -63,6 +63,7 @@ def reference_text(optimal: float | None, mentor: float | None) -> str:
 def chart_options(curve: LearningCurve, optimal: float | None, mentor: float | None) -> dict:
     """Options of a chart of the curve, with a line for each expected return that is known."""
     x, y = list(curve.iterations), list(curve.returns)
+    alone = len(x) == 1  # a line of one point cannot be seen
     references = [(f'{name} {value:.2f}', value, colour, dash) for name, value, colour, dash in (
         ('optimal', optimal, GREEN, 'solid'), ('mentor', mentor, ORANGE, 'dashed'))
         if value is not None]
@@ -79,7 +80,7 @@ def chart_options(curve: LearningCurve, optimal: float | None, mentor: float | N
         'yAxis': _axis('', low, high, 'end', 0, True),
         'series': [
             _line('each', zip(x, y), BLUE, width=1, opacity=0.5),
-            _line('learner', zip(x, running_mean(y).tolist()), BLUE, width=2.5),
+            _line('learner', zip(x, running_mean(y).tolist()), BLUE, width=2.5, symbols=alone),
             *(_line(name, [(1, value), (end, value)], colour, dash=dash, z=1)
               for name, value, colour, dash in references)]}
 
@@ -89,12 +90,14 @@ def bounds(returns: list[float], references: list[float]) -> tuple[float, float]
     Return (low, high) of the axis of the returns.
 
     The first iterations, and a mentor that never arrives, can earn so little that all else would
-    look flat: what is further below the learned returns than twice their span is cut off.
+    look flat: what is further below the learned returns than twice their span is cut off, but not
+    the newest return.
     """
     high = max([*returns, *references], default=1.0)
     worst = max(len(returns) // 20, int(len(returns) >= 5))
     low = min(sorted(returns)[worst:] or references or [0.0])
     low = min([low, *(each for each in references if each >= low - 2 * (high - low))])
+    low = min([low, *returns[-1:]])
     margin = 0.06 * (high - low) or 1.0
     return float(np.floor(low - margin)), float(np.ceil(high + margin))
 
@@ -109,7 +112,7 @@ def _axis(name: str, low: float, high: float, location: str, gap: int, grid_line
 
 
 def _line(name: str, points: Any, colour: str, width: float = 1.5, opacity: float = 1.0,
-          dash: str = 'solid', z: int = 2) -> dict:
+          dash: str = 'solid', z: int = 2, symbols: bool = False) -> dict:
     return {'type': 'line', 'name': name, 'data': [list(point) for point in points], 'z': z,
-            'showSymbol': False, 'clip': True, 'itemStyle': {'color': colour},
+            'showSymbol': symbols, 'symbolSize': 8, 'clip': True, 'itemStyle': {'color': colour},
             'lineStyle': {'color': colour, 'width': width, 'opacity': opacity, 'type': dash}}

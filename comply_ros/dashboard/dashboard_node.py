@@ -189,8 +189,13 @@ class DashboardNode(SafeParameterNode):
         return self.count_publishers(topics.RECOMMENDATION.name)
 
     def other_mentors(self) -> int:
-        """Return how many mentors are heard besides the one of this process."""
-        return self._mentors.others(process_name(os.getpid()))
+        """
+        Return how many mentors are heard besides the one of this process.
+
+        One that never sent a status counts while it publishes, but for one that is named `mentor`.
+        """
+        return (self._mentors.others(process_name(os.getpid()))
+                + self._lesson_nodes.silent_mentors(self._nodes))
 
     def start_again(self) -> None:
         """Start those nodes of the page again that have ended."""

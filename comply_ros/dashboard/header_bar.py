@@ -52,7 +52,8 @@ class HeaderBar:
         self._run_state.classes(replace=f'number run-state {text}')
         mentors = state.other_mentors + (self._seat.thread is not None)
         self._alarm.text = alarm_text(state, mentors)
-        self._watching.visible = self._seat.thread is None and bool(state.other_mentors)
+        self._watching.visible = (self._seat.can_take_over and self._seat.thread is None
+                                  and bool(state.other_mentors))
         self._start_again.visible = bool(state.ended)
         self._alarm.visible = bool(self._alarm.text)
 

@@ -38,6 +38,11 @@ class MentorSeat:
         """Be a mentor beside the other one from the next update on; for any thread."""
         self.has_taken_over = True
 
+    @property
+    def can_take_over(self) -> bool:
+        """Whether a person may be the mentor: not on a page that only watches."""
+        return self._node.teach != 'false'
+
     def update(self) -> None:
         """Start or end the mentor where that is due; raises the error that ended it."""
         if self.thread and self.thread.error:

@@ -2,7 +2,7 @@
 """Finds the world, the mentor and the learner by the topics that they publish, not by name."""
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import NamedTuple
 
 from rclpy.node import Node
@@ -80,6 +80,10 @@ class LessonNodes:
     def is_mentor(self, name: str) -> bool:
         """Whether a node recommends actions."""
         return name in self._mentors
+
+    def silent_mentors(self, names: Collection[str]) -> int:
+        """Return how many nodes recommend actions that are not among those with a status."""
+        return len(self._mentors - {MENTOR, *names})
 
     def update(self, is_alive: Callable[[str], bool]) -> None:
         """

@@ -78,6 +78,7 @@ body { background: var(--page); color: var(--ink); } .nicegui-content { padding:
 .ill { background: var(--q-negative); }
 .node { display: grid; grid-template-columns: 10px 7.2rem minmax(0, 1fr); gap: 10px;
         align-items: baseline; width: 100%; font-size: 0.88rem; }
+.node > * { min-width: 0; overflow-wrap: anywhere; }
 .words { overflow-wrap: anywhere; color: var(--soft); }
 .parameter { display: grid; grid-template-columns: minmax(0, 1fr) 9.5rem; gap: 10px; width: 100%;
              align-items: center; }

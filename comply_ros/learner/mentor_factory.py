@@ -68,7 +68,7 @@ def validate_mentor(spec: MentorSpec, world: World) -> None:
         raise MentorError(
             f'a mentor of the kind {spec.kind!r} must plan, and nobody knows what an action leads '
             'to in a world without a model: use one from a file (file:PATH), from a training '
-            '(learned:FILE.npz), none, a person, or a node of your own')
+            '(learned:FILE.npz), random, none, a person, or a node of your own')
 
 
 def snapshot_policy(world: World, level: float, seed: int,

@@ -83,8 +83,9 @@ def _parse_lines(text: str, world: World) -> NDArray[Any]:
             continue
         state, _, name = line.strip().partition(' ')
         if not state.isdecimal() or not name:
-            raise PolicyError("a line of a policy must be a state and the name of an action, such "
-                              f"as '0 {world.action_names[0]}', got {line!r:.80} in line {number}")
+            raise PolicyError('in a world that is no grid, a line of a policy must be a state and '
+                              f"the name of an action, such as '0 {world.action_names[0]}', got "
+                              f'{line!r:.80} in line {number}')
         if len(state) > len(str(world.n_states)) or int(state) >= world.n_states:
             raise PolicyError(f'a state must lie in [0, {world.n_states - 1}], got {state:.20} in '
                               f'line {number}')

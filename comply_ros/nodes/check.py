@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 import sys
+from textwrap import wrap
 import time
 from typing import Any
 
@@ -177,5 +178,6 @@ def _report(options: argparse.Namespace, name: str, verdicts: tuple[Verdict, ...
         except OSError as error:
             print(f'check: {options.junit} cannot be written ({error.strerror})', file=sys.stderr)
             return 2
-    print(summary(f'{options.kind} {name}', verdicts))
+    print('\n'.join(wrap(summary(f'{options.kind} {name}', verdicts), console.width,
+                         break_on_hyphens=False)))
     return int(breaks_a_must(verdicts))

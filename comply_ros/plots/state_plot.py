@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Worlds without a grid as pictures: the confidence in every state, as bars or as points."""
+"""Worlds without a grid as pictures: the confidence in every state, in bars, points or cells."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from comply_ros.plots.grid_plot import INK, PALE, place_axes
+from comply_ros.plots.map_plot import draw_map, has_cells
 from comply_ros.plots.state_layout import are_distinct
 from comply_ros.plots.trust_colors import TRUST_ANCHORS
 from comply_ros.storage.file_system import printable
@@ -31,8 +32,9 @@ def state_trust_figure(world: World, title: str, advice: NDArray[Any],
     """
     Return a figure of the `confidence[s]` in `advice[s]` in a world without a grid.
 
-    States that have a place each are points there, others are bars in their order. They are grey
-    where the learner has never been, by `visited[s]`.
+    Cells of a map have arrows as in a grid. Other states that have a place each are points there,
+    and those without one bars in their order. All are grey where the learner has never been, by
+    `visited[s]`.
     """
     figure = Figure(figsize=SIZE)
     axes = place_axes(figure, 0.9, 0.7, SIZE[0] - 1.9, SIZE[1] - 1.2)
@@ -45,7 +47,9 @@ def state_trust_figure(world: World, title: str, advice: NDArray[Any],
     names = [printable(world.action_names[a]) for a in advice[states].tolist()]
     positions = world.positions
     if positions is not None and are_distinct(positions[world.free]):
-        _draw_points(axes, world, positions, states, colors, names)
+        draw = draw_map if has_cells(world) else _draw_points
+        draw(axes, world, positions, states, colors, names)
+        axes.set(xlabel='x (m)', ylabel='y (m)', aspect='equal')
     else:
         _draw_bars(axes, states, confidence[states], colors, names)
     if not len(states):
@@ -83,7 +87,6 @@ def _draw_points(axes: Axes, world: World, positions: NDArray[np.float64],
         for s, name in zip(states, names):
             axes.annotate(name, positions[s], textcoords='offset points', xytext=(0, 7),
                           ha='center', fontsize=7, parse_math=False)
-    axes.set(xlabel='x (m)', ylabel='y (m)', aspect='equal')
     axes.margins(0.1)
 
 

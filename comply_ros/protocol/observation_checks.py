@@ -119,7 +119,7 @@ class ObservationChecks:
         """Check the report of an episode; its return is known where the check saw its start."""
         def reports() -> list[Episode]:
             return [each.message for each in self._channel.received['Episode'][-5:]
-                    if each.message[:3] == last[:3]]
+                    if each.message[:2] == last[:2]]
         self._channel.wait(reports, QUIET)
         expected = Episode(*last[:3], self._return, last.terminated, last.truncated)
         kept = expected in reports() if self._saw_start else reports()

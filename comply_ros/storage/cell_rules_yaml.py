@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The keys of a map that a `Grid` does not have: read, checked for their types, as `CellRules`."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 from comply_ros.storage.user_files import shown
@@ -83,9 +83,7 @@ def _letter(letter: str, meaning: Any) -> Letter:
     if letter in BUILT_IN:
         raise MapError(f'a letter of the legend must be one character other than '
                        f'{" ".join(BUILT_IN)}, got {letter!r}')
-    if not isinstance(meaning, dict) or not set(meaning) <= set(LETTER_KEYS):
-        raise MapError(f'{shown(letter)} of the legend must be a table of '
-                       f'{", ".join(LETTER_KEYS)}, got {shown(meaning)}')
+    meaning = read_table(meaning, LETTER_KEYS, f'{shown(letter)} of the legend')
     reward = meaning.get('reward')
     when = meaning.get('when', WHEN[0])
     if when not in WHEN:
@@ -156,8 +154,7 @@ def read_walls(walls: Any) -> tuple[tuple[int, int, int, int], ...]:
 def _wind(wind: Any) -> Wind | None:
     if wind is None:
         return None
-    if not isinstance(wind, dict) or not set(wind) <= set(WIND_KEYS):
-        raise MapError(f'wind must be a table of {", ".join(WIND_KEYS)}, got {shown(wind)}')
+    wind = read_table(wind, WIND_KEYS, 'wind')
     gusts = _chances(wind.get('gusts', {}), 'gusts')
     for change in gusts:
         if type(change) is not int:
@@ -179,6 +176,24 @@ def _chances(table: Any, name: str) -> dict[Any, float]:
     if not isinstance(table, dict):
         raise MapError(f'{name} must be a table of chances, got {shown(table)}')
     return {key: read_chance(chance, f'a chance of {name}') for key, chance in table.items()}
+
+
+def read_table(value: Any, keys: Collection[str], name: str) -> dict[Any, Any]:
+    """
+    Value of a key that is a table, with some of these keys.
+
+    Raises
+    ------
+    MapError: if it is something else, or has another key, which the message names.
+
+    """
+    if not isinstance(value, dict):
+        raise MapError(f'{name} must be a table of {", ".join(keys)}, got {shown(value)}')
+    for key in value:
+        if key not in keys:
+            raise MapError(f'{name} must be a table of {", ".join(keys)}, got the key '
+                           f'{shown(key)}')
+    return value
 
 
 def read_flag(table: Mapping[str, Any], key: str, default: bool) -> bool:

@@ -16,6 +16,7 @@ from comply_ros.storage.cell_rules_yaml import (
     read_flag,
     read_real,
     read_rows,
+    read_table,
     read_whole,
 )
 from comply_ros.storage.file_system import PathError
@@ -147,6 +148,9 @@ def _world(table: dict[Any, Any], profile: str, folder: Path) -> Grid | Table:
     _check_profile(profile)
     if 'world' in table:
         return named_world(table)
+    if 'image' in table and 'rows' not in table:
+        raise MapError('a map of Nav2 needs a start and a goal: name it as nav2:FILE?start=X,Y&'
+                       'goal=X,Y, or in the key nav2 of a map file, got only its own keys')
     for key in table:
         if key not in KEYS:
             raise MapError(f'a map has the keys {", ".join(KEYS)}, got {shown(key)}')
@@ -226,12 +230,10 @@ def _parse_table(text: str) -> dict[Any, Any]:
 def _rewards(table: dict[Any, Any], profile: str) -> dict[str, float]:
     """Return the rewards that a map gives in a profile, by their keys."""
     profiles = table.get('profiles')
-    profiles = {} if profiles is None else profiles
-    if not isinstance(profiles, dict) or not set(profiles) <= set(METHODS):
-        raise MapError(f'profiles must be a table of {", ".join(METHODS)}, got {shown(profiles)}')
-    changes = {name: {} if each is None else _reward_table(each, f'profile {name}')
+    profiles = read_table({} if profiles is None else profiles, METHODS, 'profiles')
+    changes = {name: {} if each is None else read_table(each, REWARDS, f'profile {name}')
                for name, each in profiles.items()}
-    rewards = {**_reward_table(table['rewards'], 'rewards'), **changes.get(profile, {})}
+    rewards = {**read_table(table['rewards'], REWARDS, 'rewards'), **changes.get(profile, {})}
     return {key: read_real(value, f'reward of {key}') for key, value in rewards.items()}
 
 
@@ -244,12 +246,6 @@ def _grid_rewards(rewards: dict[str, float], rows: list[str]) -> list[float]:
         if key not in rewards:
             raise MapError(f'rewards need the key {key!r}')
     return [rewards[key] for key in ('step', 'obstacle', 'goal')]
-
-
-def _reward_table(rewards: Any, name: str) -> dict[str, Any]:
-    if not isinstance(rewards, dict) or not set(rewards) <= set(REWARDS):
-        raise MapError(f'{name} must be a table of {", ".join(REWARDS)}, got {shown(rewards)}')
-    return rewards
 
 
 def _starts(starts: Any, rows: list[str]) -> tuple[int, ...]:

@@ -64,7 +64,8 @@ def read_nav2_map(name: str, folder: Path = Path()) -> Nav2Map:
             path = folder / Path(name).expanduser()
         header = _header(load_yaml(read_text(path)).value)
     except PathError as error:
-        raise MapError(f'a map of Nav2 must be a readable file ({error})') from None
+        raise MapError('a map of Nav2 must be a readable YAML file, which names its image '
+                       f'({error})') from None
     except YamlError as error:
         raise MapError(f'{error.about("a map of Nav2")} in line {error.line}') from None
     image = path.parent / header.image

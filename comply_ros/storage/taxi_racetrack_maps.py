@@ -8,6 +8,7 @@ from comply_ros.storage.cell_rules_yaml import (
     read_chance,
     read_real,
     read_rows,
+    read_table,
     read_walls,
     read_whole,
 )
@@ -58,9 +59,7 @@ def _racetrack(table: Mapping[str, Any]) -> Table:
 
 
 def _rewards(table: Mapping[str, Any], **defaults: float) -> dict[str, float]:
-    given = table.get('rewards', {})
-    if not isinstance(given, dict) or not set(given) <= set(defaults):
-        raise MapError(f'rewards must be a table of {", ".join(defaults)}, got {shown(given)}')
+    given = read_table(table.get('rewards', {}), defaults, 'rewards')
     rewards = {**defaults,
                **{key: read_real(value, f'reward of {key}') for key, value in given.items()}}
     for key, reward in rewards.items():

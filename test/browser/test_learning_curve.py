@@ -42,6 +42,17 @@ def test_expected_returns_are_lines_where_they_are_known():
     assert options['series'][-1]['data'] == [[1, -13.824], [10, -13.824]]
 
 
+@pytest.mark.parametrize('iterations, visible', [((1,), True), ((1, 2), False)])
+def test_the_point_of_a_single_iteration_is_visible(iterations, visible):
+    each, learner = chart_options(curve_of(*iterations), None, None)['series']
+    assert (each['showSymbol'], learner['showSymbol']) == (False, visible)
+
+
+def test_the_axis_includes_the_newest_return_however_bad_it_is():
+    assert bounds([25.0] * 9 + [20.0], [26.0])[0] == 19.0
+    assert bounds([20.0] + [25.0] * 9, [26.0])[0] == 24.0
+
+
 def test_the_axis_includes_expected_returns_that_do_not_flatten_the_curve():
     assert bounds([1.0, 2.0, 4.0], [6.0]) == (0.0, 7.0)
     assert bounds([1.0, 2.0, 4.0], [6.0, -5.0])[0] == -6.0

@@ -224,6 +224,12 @@ def test_a_report_of_an_episode_that_is_wrong_fails(change):
     assert results(checked_world(only(Episode, change)))[FAIL] == ['W15']
 
 
+def test_a_report_with_a_wrong_number_of_steps_is_shown_as_it_came():
+    verdicts = checked_world(only(Episode, lambda msg: msg._replace(steps=99)))
+    failed, = (each for each in verdicts if each.result == FAIL)
+    assert failed.rule == 'W15' and 'steps=99' in failed.got
+
+
 def test_a_table_that_never_ends_is_found():
     endless = only(StateReward, lambda msg: msg._replace(terminated=False))
     assert results(checked_world(endless, source=frozen_lake()))[FAIL] == ['W8']

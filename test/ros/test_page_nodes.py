@@ -15,7 +15,7 @@ from comply_ros.dashboard.dashboard_node import DashboardNode, MAX_OTHER_NODES
 from comply_ros.dashboard.header_bar import alarm_text, run_state_text
 from comply_ros.dashboard.health_panel import health_text
 from comply_ros.dashboard.service_client import ServiceCallError
-from comply_ros.nodes.topics import ACTION, WORLD
+from comply_ros.nodes.topics import ACTION, RECOMMENDATION, WORLD
 
 
 @pytest.fixture
@@ -59,6 +59,27 @@ def updated(dashboard, condition, what):
     """Update a dashboard until a condition of its state is true; return the state."""
     wait_until(lambda: (dashboard.update(), condition(dashboard.page_state))[1], what)
     return dashboard.page_state
+
+
+def test_a_mentor_that_sends_no_status_is_heard_while_it_publishes(dashboard):
+    with ros_client() as client:
+        mentor = rclpy.create_node('pointer', context=client.context)
+        mentor.create_publisher(RECOMMENDATION.message, RECOMMENDATION.name, RECOMMENDATION.qos)
+        updated(dashboard, lambda state: state.other_mentors == 1, 'mentor without a status')
+        mentor.destroy_node()
+        updated(dashboard, lambda state: state.other_mentors == 0, 'end of the mentor')
+
+
+def test_a_mentor_with_a_status_counts_once(dashboard):
+    with ros_client() as client:
+        mentor = rclpy.create_node('pointer', context=client.context)
+        mentor.create_publisher(RECOMMENDATION.message, RECOMMENDATION.name, RECOMMENDATION.qos)
+        publisher = client.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        wait_until(lambda: (publisher.publish(DiagnosticArray(status=[status('pointer')])),
+                            dashboard.update(), 'pointer' in dashboard.page_state.nodes)[2],
+                   'status')
+        assert dashboard.page_state.other_mentors == 1
+        mentor.destroy_node()
 
 
 def called(dashboard, call):

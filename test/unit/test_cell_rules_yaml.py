@@ -63,7 +63,7 @@ def test_walls_wind_and_moves():
      "got 'S'"),
     ('legend: {H: 5}', "'H' of the legend must be a table of reward, ends, to, when, got 5"),
     ('legend: {H: {end: true}}', "'H' of the legend must be a table of reward, ends, to, when, "
-     "got {'end': True}"),
+     "got the key 'end'"),
     ('legend: {H: {reward: low}}', "reward of 'H' must be a number, got 'low'"),
     ('legend: {H: {ends: 1}}', 'ends must be true or false, got 1'),
     ('legend: {H: {to: [1.5, 0]}}',
@@ -84,7 +84,7 @@ def test_walls_wind_and_moves():
      'whole numbers, got [[0, 0], [0.5, 0]]'),
     ('wind: 1', 'wind must be a table of columns, rows, chance, gusts, got 1'),
     ('wind: {column: [1]}', 'wind must be a table of columns, rows, chance, gusts, got '
-     "{'column': [1]}"),
+     "the key 'column'"),
     ('wind: {rows: 1}', 'wind of rows must be a list of whole numbers, got 1'),
     ('wind: {rows: [0.5]}', 'wind of rows must be a list of whole numbers, got [0.5]'),
     ('wind: {rows: [1], chance: often}', "the chance of wind must be a number, got 'often'"),

@@ -78,7 +78,9 @@ def test_a_file_is_a_map_too(tmp_path):
     ('0.8', 'often', "intended must be a number, got 'often'"),
     ('50', '5.5', 'step_limit must be a whole number, got 5.5'),
     ('goal: 10', 'gaol: 10', 'rewards must be a table of step, obstacle, goal, edge, wall, got '
-     "{'step': -1, 'obstacle': -5, 'gaol': 10}"),
+     "the key 'gaol'"),
+    ('rows:', 'image: a.pgm\nrowz:', 'a map of Nav2 needs a start and a goal: name it as nav2:'
+     'FILE?start=X,Y&goal=X,Y, or in the key nav2 of a map file, got only its own keys'),
     (', obstacle: -5', '', "rewards need the key 'obstacle'"),
     ('starts', 'beginnings', f"a map has the keys {', '.join(KEYS)}, got 'beginnings'"),
     ('rows:', 'slips_bump: 1\nrows:', 'slips_bump must be true or false, got 1'),

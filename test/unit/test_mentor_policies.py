@@ -195,7 +195,7 @@ def test_a_mentor_that_must_plan_needs_a_model(text):
     assert str(error.value) == (
         f'a mentor of the kind {kind!r} must plan, and nobody knows what an action leads to in a '
         'world without a model: use one from a file (file:PATH), from a training '
-        '(learned:FILE.npz), none, a person, or a node of your own')
+        '(learned:FILE.npz), random, none, a person, or a node of your own')
 
 
 def test_without_a_model_a_mentor_can_be_random_or_from_a_file(tmp_path):

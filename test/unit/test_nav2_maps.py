@@ -230,8 +230,8 @@ def test_a_map_of_nav2_that_does_not_exist_is_named():
     name = 'nav2:nowhere.yaml?start=[0, 0]&goal=[1, 0]'
     with pytest.raises(MapError) as error:
         read_map(name, 'published')
-    assert str(error.value) == (f'map {name!r}: a map of Nav2 must be a readable file '
-                                '(no such file or directory)')
+    assert str(error.value) == (f'map {name!r}: a map of Nav2 must be a readable YAML file, '
+                                'which names its image (no such file or directory)')
 
 
 @pytest.mark.parametrize('text, message', [
@@ -242,7 +242,8 @@ def test_a_map_of_nav2_that_does_not_exist_is_named():
     ('nav2: 5\nrewards: {}\nstarts: []\ngoals: []',
      'nav2 must be the path of a map of Nav2, got 5'),
     ('nav2: "a\\0b"\nrewards: {}\nstarts: []\ngoals: []',
-     'a map of Nav2 must be a readable file (no file can have this name)'),
+     'a map of Nav2 must be a readable YAML file, which names its image (no '
+     'file can have this name)'),
 ])
 def test_a_wrong_map_file_with_nav2_is_rejected_with_the_rule_that_it_breaks(text, message):
     with pytest.raises(MapError) as error:

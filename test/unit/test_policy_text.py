@@ -61,8 +61,8 @@ def test_the_name_of_an_action_may_have_blanks():
 
 
 @pytest.mark.parametrize('text, message', [
-    ('run', "a line of a policy must be a state and the name of an action, such as '0 run', got "
-     "'run' in line 1"),
+    ('run', "in a world that is no grid, a line of a policy must be a state and the name of an "
+     "action, such as '0 run', got 'run' in line 1"),
     ('0\n', "such as '0 run', got '0' in line 1"), ('-1 run', "got '-1 run' in line 1"),
     ('0 run\n3 stop', 'a state must lie in [0, 2], got 3 in line 2'),
     (30 * '9' + ' stop', 'a state must lie in [0, 2], got 99999999999999999999 in line 1'),

@@ -40,7 +40,7 @@ def test_a_step_limit_can_be_given(text):
     (TAXI + 'noise: 0.5', "a map of world taxi has the keys world, rows, walls, rewards, "
      "step_limit, got 'noise'"),
     (TAXI + 'rewards: {goal: 5}', "rewards must be a table of step, deliver, wrong, got "
-     "{'goal': 5}"),
+     "the key 'goal'"),
     (TAXI + 'rewards: {wrong: bad}', "reward of wrong must be a number, got 'bad'"),
     (TAXI + 'rewards: {wrong: 1e7}',
      'reward of wrong must be a finite number of at most 1000000, got 10000000.0'),
