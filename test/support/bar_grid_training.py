@@ -3,8 +3,10 @@
 
 from dataclasses import replace
 
+from comply_ros.learner.mentor_factory import make_policy
 from comply_ros.learner.presets import find_method, METHODS
 from comply_ros.learner.training import Training
+from comply_ros.mentor.mentor_policies import parse_mentor_spec
 from comply_ros.storage.map_files import read_map
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import optimal_policy
@@ -18,10 +20,11 @@ def trained(name, profile, iterations=4, seed=3):
                       profile, seed)
 
 
-def train_with(config, profile='published', seed=3):
+def train_with(config, profile='published', seed=3, noise=0.0):
     """Return a training after all its iterations in `bar_grid`, and their results."""
     world = World(read_map('bar_grid', profile))
-    advice = optimal_policy(world)
+    advice = make_policy(parse_mentor_spec(f'noisy:{noise}'), world, seed) if noise else \
+        optimal_policy(world)
     advice[::3] = -1  # a mentor without advice in a third of the states
     learning = Training(world, advice, config, seed)
     return learning, [learning.iterate() for _ in range(config.iterations)]
