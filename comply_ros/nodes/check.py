@@ -156,8 +156,9 @@ def _check(options: argparse.Namespace, arguments: Sequence[str],
         found = checked(channel, options, PLANS[options.kind])
         verdicts = tuple(each for each in (*common_verdicts(channel, options.kind), *found)
                          if not options.only or each.rule in options.only)
+        bags = dict(failure_bags(channel, options, verdicts,
+                                 0 if channel.is_gone() else MOST_SHORTENED))
         has_ended = channel.has_ended()
-        bags = dict(failure_bags(channel, options, verdicts, 0 if has_ended else MOST_SHORTENED))
     code = _report(options, channel.name, verdicts, titles, bags)
     if has_ended:
         print(f'check: {channel.name} has ended during the check', file=sys.stderr)

@@ -33,9 +33,10 @@ from comply_ros.nodes.topics import (
     Topic,
     WORLD,
 )
-from comply_ros.protocol.rule_report import QUIET, Received
+from comply_ros.protocol.rule_report import PATIENCE, QUIET, Received
 from comply_ros.terminal.interrupts import check, StopFlag
 
+LEASE = 21.0  # seconds in which Fast DDS finds out that a process was killed, and some more
 LOOK_PERIOD = 1.0  # seconds between two looks at the graph
 SERVICE_TIME = 1.0  # seconds in which a service must be found, and the last messages come
 # Of each kind of node: what it publishes, and what the check publishes.
@@ -195,10 +196,15 @@ class RosChannel:
             self.wait(lambda: False, QUIET)  # until it knows of these subscribers
         return self.name
 
-    def has_ended(self) -> bool:
-        """Tell whether the node is no longer there; one that was killed is known for a while."""
+    def is_gone(self) -> bool:
+        """Tell whether the node has ended; one that was killed is known for `LEASE` seconds."""
         return (self.name not in publisher_names(self._node, PARTS[self._kind])
                 or self._started is not None and self._started.has_ended)
+
+    def has_ended(self) -> bool:
+        """Tell whether the node has ended; wait where it has been silent for long."""
+        last = max((each[-1].time for each in self.received.values() if each), default=0.0)
+        return self.wait(self.is_gone, LEASE if self.time - last > PATIENCE else 0.0)
 
     def offered(self, topic: Topic) -> list[QoSProfile]:
         """Return the QoS of the publishers of the node on a topic."""

@@ -193,7 +193,7 @@ class LearnerNode(ProtocolNode):
         self._timeout = self.get_parameter(ADVICE_TIMEOUT.name).value
         self._home = machine.tracker.description.sha256
         self.get_logger().info(f'continues after {machine.agent.steps} steps '
-                               f'({len(saved[2])} of them from its journal)')
+                               f'({len(saved[2])} entries were in its journal)')
         if machine.agent.initial:
             self.get_logger().info('initial_learning is not used: the checkpoint in state_dir '
                                    'counts more; it is what a reset returns to')

@@ -130,7 +130,7 @@ def _boxes(space: Any, sizes: Sequence[int], limits: Limits, first: int) -> Numb
                 ('limits must be finite' if given else 'the observation space needs finite limits')
                 + f' with the lower one first, got {low:g} to {high:g} in dimension {k}'
                 + ('' if given else ': give limits'))
-    low, high = np.array(limits).T
+    low, high = np.array(limits, dtype=float).reshape(-1, 2).T  # also of no dimension
     scale, last = np.array(sizes) / (high - low), np.array(sizes) - 1
 
     def digits(observation: Any) -> list[int]:

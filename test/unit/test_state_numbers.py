@@ -18,6 +18,7 @@ PAIR = spaces.Tuple((spaces.Box(0.0, 1.0, (2,)), spaces.Discrete(3), spaces.Box(
     (spaces.Tuple((spaces.Discrete(32), spaces.Discrete(11), spaces.Discrete(2))),
      (14, 10, 0), 704, 14 * 22 + 10 * 2),
     (spaces.Box(0.0, 1.0, (2,)), np.array([0.999, 0.5]), 100, 95),  # intervals 9 and 5 of 10
+    (spaces.Box(0.0, 1.0, (0,)), np.array([]), 1, 0),
     (spaces.Box(0.0, 1.0, (2,)), np.array([1.0, -0.1]), 100, 90)])  # values beyond are at the end
 def test_an_observation_is_a_state(space, observation, count, number):
     numbers = StateNumbers(space, bins=[10])
