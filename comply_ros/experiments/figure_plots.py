@@ -34,8 +34,8 @@ COLOURS = {
     'sarsa': '#7f7f7f', 'q_learning': '#56B4E9', 'sarsa_lambda': '#000000', 'watkins': '#8c6d1f',
     'constant': '#CC79A7', 'vanishing': '#E69F00', 'beta_implicit': '#0072B2',
     'explicit': '#D55E00', 'pi_reuse': '#882255', 'policy_shaping': '#44AA99',
-    'jump_start': '#999933', 'head_start': '#009E73', 'early': '#0072B2',
-    'important': '#D55E00', 'mistakes': '#009E73'}
+    'jump_start': '#999933', 'head_start': '#009E73', 'model_based': '#332288',
+    'early': '#0072B2', 'important': '#D55E00', 'mistakes': '#009E73'}
 DASHES = {'sarsa': '--', 'q_learning': '--', 'sarsa_lambda': '--', 'watkins': '--',
           'pi_reuse': '-.', 'policy_shaping': '-.', 'jump_start': '-.'}
 AXIS_LABELS = {'time_to_convergence': 'time to convergence', 'reward_ratio': 'reward ratio',

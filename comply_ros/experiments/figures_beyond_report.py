@@ -16,7 +16,7 @@ from comply_ros.experiments.training_runs import Run
 from comply_ros.mentor.advice_budget import ADVISING_MODES
 
 MAZE = 'maze'  # with slips that can bump, as the report describes it: the harder one
-OURS = 'head_start'
+OURS, WITH_MODEL = 'head_start', 'model_based'  # our two methods, the earlier one first
 ITERATIONS_ALONE = {'sarsa': 600, 'q_learning': 600, 'sarsa_lambda': 400, 'watkins': 400}
 BASELINES = ('explicit_lambda', 'pi_reuse', 'policy_shaping', 'jump_start')
 COVERAGES = (1.0, 0.5, 0.2, 0.1, 0.0)
@@ -58,17 +58,18 @@ def extra_figures(profile: str, mentors: Mentors) -> list[Figure]:
 
 def _comparisons(profile: str, mentors: Mentors) -> Iterator[Figure]:
     yield Figure('regret', 'Regret with every mentor', 'The regret of every way of complying, '
-                 'from optimal to adversarial mentors; "alone" is our learner without a mentor',
+                 'from optimal to adversarial mentors; "alone" is our method without a mentor',
                  'regrets', {
                      **{(method, name): fitted_run(method, profile, mentor, MAZE)
-                        for method in (*COMPLIANT_METHODS, *BASELINES, OURS)
+                        for method in (*COMPLIANT_METHODS, *BASELINES, OURS, WITH_MODEL)
                         for name, mentor in all_mentors(mentors).items()},
-                     (f'{OURS}, alone', None): run_with_mentor(OURS, profile, 'none', MAZE)},
+                     **{(f'{method}, alone', None): run_with_mentor(method, profile, 'none', MAZE)
+                        for method in (OURS, WITH_MODEL)}},
                  axis='mentor')
     yield Figure('curves', 'Learning with the mentor of 50 %', 'How fast each method learns with '
                  'a mentor that loops', 'curves',
                  {method: fitted_run(method, profile, mentors.bad, MAZE)
-                  for method in ('explicit', 'policy_shaping', OURS)})
+                  for method in ('explicit', 'policy_shaping', OURS, WITH_MODEL)})
 
 
 def _open_questions(profile: str, mentors: Mentors) -> Iterator[Figure]:
