@@ -40,8 +40,7 @@ class MentorPanel:
             with ui.row().classes('w-full items-center gap-3'):
                 ui.label('You are the mentor').classes('panel-title grow')
                 self._trust = ui.label().classes('number').props('data-testid=trust')
-            with ui.column().classes('w-full gap-2') as self._painting:
-                self._make_paint_tools(paint_tool)
+            self._make_paint_tools(paint_tool)
             with ui.row().classes('w-full items-center gap-2'):
                 self._make_generator()
                 ui.space()
@@ -52,7 +51,7 @@ class MentorPanel:
     def show(self, state: PageState) -> None:
         """Show a state of the page."""
         self._world = world = state.run.world
-        self._painting.visible = world is None or world.model == 'grid'
+        self._tools.visible = self._help.visible = world is None or world.model == 'grid'
         self._steering_row.visible = world is None or bool(steering_actions(world))
         self._trust.text = trust_text(state)
         if self._mentor.steering != self._shown_steering:
@@ -63,15 +62,16 @@ class MentorPanel:
 
     def _make_paint_tools(self, paint_tool: PaintTool) -> None:
         with ui.row().classes('w-full items-center gap-2'):
-            ui.toggle(TOOLS, value=FOLLOW).bind_value_to(paint_tool, 'tool').props(
+            self._tools = ui.toggle(TOOLS, value=FOLLOW).bind_value_to(paint_tool, 'tool').props(
                 'no-caps dense unelevated toggle-color=primary padding="4px 12px" '
                 'data-testid=tools')
             ui.space()
             ui.button('Clear', icon='layers_clear', on_click=lambda: self._change('erase')).props(
                 'flat dense no-caps data-testid=clear')
-        ui.label('Drag over cells to paint arrows: with "follow" they point where you drag. '
-                 'Click a cell to change its arrow. On a touch screen, two fingers scroll the '
-                 'page.').classes('soft')
+        self._help = ui.label(
+            'Drag over cells to paint arrows: with "follow" they point where you drag. Click a '
+            'cell to change its arrow. On a touch screen, two fingers scroll the '
+            'page.').classes('soft')
 
     def _make_files(self) -> None:
         upload = self._upload = ui.upload(
