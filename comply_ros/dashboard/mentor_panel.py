@@ -22,7 +22,8 @@ from comply_ros.world.grid import DOWN, LEFT, NO_ACTION, RIGHT, UP
 from comply_ros.world.mdp import World
 
 TOOLS = {FOLLOW: 'follow', LEFT: '←', RIGHT: '→', DOWN: '↓', UP: '↑', NO_ACTION: 'erase'}
-KEYS = {'ArrowLeft': LEFT, 'ArrowRight': RIGHT, 'ArrowDown': DOWN, 'ArrowUp': UP}
+# Names of the actions that the arrow keys advise, in whatever order a world has them.
+KEYS = {'ArrowLeft': 'left', 'ArrowRight': 'right', 'ArrowDown': 'down', 'ArrowUp': 'up'}
 # Of the kinds with a number: its label, and the value that it begins with.
 NUMBERS = {'noisy': ('random share', 0.2), 'snapshot': ('quality', 0.75)}
 MAX_FILE_SIZE = 20_000_000  # bytes of a policy file: the largest grid fits, 4096 x 4096
@@ -49,7 +50,9 @@ class MentorPanel:
 
     def show(self, state: PageState) -> None:
         """Show a state of the page."""
-        self._world = state.run.world
+        self._world = world = state.run.world
+        self._tools.visible = self._help.visible = world is None or world.model == 'grid'
+        self._steering_row.visible = world is None or bool(steering_actions(world))
         self._trust.text = trust_text(state)
         if self._mentor.steering != self._shown_steering:
             self._shown_steering = self._steering.value = self._mentor.steering
@@ -59,15 +62,16 @@ class MentorPanel:
 
     def _make_paint_tools(self, paint_tool: PaintTool) -> None:
         with ui.row().classes('w-full items-center gap-2'):
-            ui.toggle(TOOLS, value=FOLLOW).bind_value_to(paint_tool, 'tool').props(
+            self._tools = ui.toggle(TOOLS, value=FOLLOW).bind_value_to(paint_tool, 'tool').props(
                 'no-caps dense unelevated toggle-color=primary padding="4px 12px" '
                 'data-testid=tools')
             ui.space()
             ui.button('Clear', icon='layers_clear', on_click=lambda: self._change('erase')).props(
                 'flat dense no-caps data-testid=clear')
-        ui.label('Drag over cells to paint arrows: with "follow" they point where you drag. '
-                 'Click a cell to change its arrow. On a touch screen, two fingers scroll the '
-                 'page.').classes('soft')
+        self._help = ui.label(
+            'Drag over cells to paint arrows: with "follow" they point where you drag. Click a '
+            'cell to change its arrow. On a touch screen, two fingers scroll the '
+            'page.').classes('soft')
 
     def _make_files(self) -> None:
         upload = self._upload = ui.upload(
@@ -104,7 +108,7 @@ class MentorPanel:
                 ui.tooltip('put random actions into this share of the states')
 
     def _make_steering(self) -> None:
-        with ui.row().classes('w-full items-center gap-3 no-wrap'):
+        with ui.row().classes('w-full items-center gap-3 no-wrap') as self._steering_row:
             self._steering = ui.switch('steer with the arrow keys').props(
                 'dense data-testid=steering').classes('steering-switch')
             self._steering.on('update:model-value', self._on_steering)
@@ -135,8 +139,9 @@ class MentorPanel:
             await self._call(name, *arguments)
 
     async def _on_key(self, event: events.KeyEventArguments) -> None:
-        if event.key.name in KEYS and self._mentor.steering and event.action.keydown:
-            await self._call('steer', KEYS[event.key.name])
+        actions = steering_actions(self._world) if self._world else {}
+        if event.key.name in actions and self._mentor.steering and event.action.keydown:
+            await self._call('steer', actions[event.key.name])
 
     def _policy(self) -> NDArray[np.int8] | None:
         """Return the painted policy; where there is no world yet, show that and return None."""
@@ -179,6 +184,12 @@ class MentorPanel:
             show_error(str(error))
         finally:
             self._generate.props(remove='loading')
+
+
+def steering_actions(world: World) -> dict[str, int]:
+    """Return the action of a world for each arrow key; empty if its actions are no directions."""
+    names = world.action_names
+    return {key: names.index(name) for key, name in KEYS.items() if name in names}
 
 
 def trust_text(state: PageState) -> str:

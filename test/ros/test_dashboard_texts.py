@@ -2,6 +2,7 @@
 """The texts of the page."""
 
 import pytest
+from tiny_tables import frozen_lake, machine
 from tiny_worlds import grid
 
 from comply_ros.dashboard.control_panel import (
@@ -14,7 +15,7 @@ from comply_ros.dashboard.curve_panel import progress_text, reference_text
 from comply_ros.dashboard.dashboard_node import NodeStatus, PageState, RunSnapshot
 from comply_ros.dashboard.header_bar import alarm_text, run_state_text
 from comply_ros.dashboard.health_panel import health_text
-from comply_ros.dashboard.mentor_panel import trust_text
+from comply_ros.dashboard.mentor_panel import steering_actions, trust_text
 from comply_ros.nodes.diagnostics import ERROR, OK, WARN
 from comply_ros.protocol.messages import Progress
 from comply_ros.protocol.run_view import RunReports
@@ -100,3 +101,9 @@ def test_the_slider_waits_for_the_last_rate_that_was_set_and_follows_those_of_ot
     assert later_rates([500.0, 1000.0, 0.0], 500.0) == [1000.0, 0.0]
     assert later_rates([500.0, 1000.0, 0.0], 0.0) == []
     assert later_rates([500.0, 1000.0], 7.0) == [] == later_rates([], 7.0)
+
+
+def test_an_arrow_key_advises_the_action_with_its_name_wherever_a_world_has_that():
+    assert steering_actions(World(frozen_lake())) == {  # left, down, right, up
+        'ArrowLeft': 0, 'ArrowRight': 2, 'ArrowDown': 1, 'ArrowUp': 3}
+    assert steering_actions(World(machine())) == {}
