@@ -20,7 +20,7 @@ from comply_ros.terminal.training_options import TrainingOptions
 from comply_ros.world.mdp import World
 
 SAVE_TIMEOUT = 10.0  # seconds after which a learner that does not answer is asked again to save
-OTHER_MENTORS = ('another mentor speaks: the learner uses the advice of both, and the same '
+OTHER_MENTORS = ('another mentor publishes: the learner uses the advice of both, and the same '
                  'options need not give the same bits')
 TAKEN = ('other nodes publish on the topics of this lesson: end them, or give this one a '
          '--namespace of its own')

@@ -182,7 +182,7 @@ def _rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
     if summary['digest'] is None:
         return
     yield 'digest', summary['digest'][:16], 'the same options give the same bits' if not others \
-        else f'{1 + others} mentors spoke: the same options need not give the same bits'
+        else f'{1 + others} mentors published: the same options need not give the same bits'
 
 
 def _reference_rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
