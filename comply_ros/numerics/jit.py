@@ -84,8 +84,9 @@ def compiled(entry: Callable[..., Any]) -> Callable[..., Any]:
 def _register_call(function: Callable[..., Any], field: str, otherwise: Any) -> None:
     """Let compiled code call a kernel, or a stand-in where the field of a tuple is empty."""
     from numba.extending import overload
+    options: Any = {'_nrt': False}
 
-    @overload(function, jit_options={'_nrt': False}, strict=False)
+    @overload(function, jit_options=options, strict=False)
     def choose(*kinds: Any) -> Callable[..., Any]:
         for kind in kinds:
             fields = getattr(kind, 'fields', ())
