@@ -41,7 +41,9 @@ def both(name, profile, budget=0, when='early', seed=3):
             for each in trainings]
 
 
-@pytest.mark.parametrize('profile, name', PRESETS)
+@pytest.mark.parametrize('profile, name', [  # with a model, to compile takes twice as long
+    pytest.param(*preset, marks=pytest.mark.long) if preset[1] == 'model_based' else preset
+    for preset in PRESETS])
 def test_a_plain_loop_gives_the_bits_of_the_compiled_one(profile, name):
     compiled, stepped = both(name, profile)
     assert stepped == compiled
