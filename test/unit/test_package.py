@@ -78,3 +78,8 @@ def test_package_xml_is_format_3_and_has_its_urls(path):
     for path in (TOP / folder).rglob('*.py')), ids=lambda path: str(path.relative_to(TOP)))
 def test_every_source_file_names_its_licence(path):
     assert path.read_text().startswith('# SPDX-License-Identifier: Apache-2.0\n')
+
+
+def test_every_file_of_tests_has_a_name_of_its_own():  # pytest imports it by that name
+    names = [path.name for path in (ROOT / 'test').rglob('test_*.py')]
+    assert sorted(set(names)) == sorted(names)
