@@ -37,7 +37,7 @@ The same methods with `--profile report`: obstacles of -10, and convergence only
 stays above 99 % of the optimal one. The noise of a mini-batch of 15 episodes alone prevents that
 (T of 400 is "never"):
 """
-HEAD_START = """Each is one method with the same settings for all mentors, and works in
+OUR_METHODS = """Each is one method with the same settings for all mentors, and works in
 the nodes like any other. [`model_based`](methods/model_based.md) has a page of its own: there are
 the worlds in which it was measured, those it was not made with, and where it falls short.
 
@@ -136,7 +136,7 @@ def _comparison(numbers: dict, cells: dict[str, dict]) -> Iterator[str]:
             '-' if cell is None else f'{mean_in_order(cell["mean"][-50:]):.2f}' for cell in ours))
     yield '\nWithout a mentor ' + ', and '.join(
         f'`{method}` has a regret of {_measure(cell, "regret")}'
-        for method, cell in alone.items()) + f'. {HEAD_START}'
+        for method, cell in alone.items()) + f'. {OUR_METHODS}'
 
 
 def _variants(numbers: dict, cells: dict[str, dict]) -> Iterator[str]:

@@ -10,7 +10,7 @@ from comply_ros.learner.model_exploration import model_action
 from comply_ros.numerics.action_values import (
     Actions,
     count_actions,
-    count_untried,
+    greedy_or_untried_action,
     max_q_except,
     NOTHING,
 )
@@ -177,24 +177,3 @@ def expected_value(s: int, config: KernelConfig, state: LearnerState) -> float:
             weights += weight
     mean = total / weights
     return (1.0 - config.epsilon) * best + config.epsilon * mean if config.epsilon > 0.0 else mean
-
-
-@kernel
-def greedy_or_untried_action(s: int, explores: bool, u: float, q: Array, visits: Array,
-                             actions: Actions) -> int:
-    """
-    Return an action of state s that was never tried if one is to be explored, else a best action.
-
-    u: uniform in [0, 1); candidates are equally likely.
-    """
-    best, untried, ties = max_q_except(s, -1, q, actions), count_untried(s, q, visits, actions), 0
-    for a in range(count_actions(actions)):
-        ties += int(q[s, a] == best)
-    explores = explores and untried > 0
-    pick = int(u * (untried if explores else ties))
-    for a in range(count_actions(actions)):
-        if (q[s, a] > NOTHING and visits[s, a] == 1.0) if explores else q[s, a] == best:
-            if pick == 0:
-                return a
-            pick -= 1
-    return NO_ACTION

@@ -104,8 +104,8 @@ class LearnerState(NamedTuple):
 def initial_state(world: World, config: LearnerConfig) -> LearnerState:
     """State of a learner that has not seen anything of the world yet."""
     states, n_actions = world.n_states, world.n_actions
-    traced = states if config.trace_decay > 0 or config.replays or config.learns_model \
-        else 0
+    leaves_traces = config.trace_decay > 0 or config.replays or config.learns_model
+    traced = states if leaves_traces else 0
     first_belief = (config.belief_listen, config.belief_discard)
 
     def scalar(value: float) -> Array:

@@ -5,7 +5,12 @@ from comply_ros.learner.learner_config import KernelConfig
 from comply_ros.learner.learner_state import LearnerState
 from comply_ros.learner.prior_values import doubt_of, record_of
 from comply_ros.learner.track_record import advice_holds
-from comply_ros.numerics.action_values import count_actions, count_untried, max_q_except, NOTHING
+from comply_ros.numerics.action_values import (
+    count_actions,
+    count_untried,
+    greedy_or_untried_action,
+    NOTHING,
+)
 from comply_ros.numerics.jit import kernel, long_kernel
 from comply_ros.world.grid import NO_ACTION
 
@@ -59,16 +64,7 @@ def model_action(s: int, advice: int, u_listen: float, u_act: float, config: Ker
         return _new_action(s, advice, u_act, config, state)
     if u_listen >= _greedy_probability(s, advice, config, state):
         return _doubtful_action(s, u_act, config, state)
-    best, ties = max_q_except(s, -1, state.q, config.actions), 0
-    for a in range(count_actions(config.actions)):
-        ties += int(state.q[s, a] == best)
-    pick = min(int(u_act * ties), ties - 1)
-    for a in range(count_actions(config.actions)):
-        if state.q[s, a] == best:
-            if pick == 0:
-                return a
-            pick -= 1
-    return NO_ACTION
+    return greedy_or_untried_action(s, False, u_act, state.q, state.visits, config.actions)
 
 
 @kernel

@@ -121,14 +121,11 @@ for table in (PUBLISHED, REPORT):  # section 5.3 proposes eligibility traces
 _HEAD_START = LearnerConfig(
     trust='head_start', replays=True, off_policy=True, initial_value=3.0, belief_listen=0.3,
     belief_discard=0.0, exploration_probability=0.4, iterations=399)
-for table in (PUBLISHED, REPORT):
-    table['head_start'] = _HEAD_START
-
 # Full counts of outcomes, a prior for slips that all states share, and a mentor whose advice is
 # followed as far as it proved good: docs/methods/model_based.md derives it.
 _MODEL_BASED = LearnerConfig(
     learns_model=True, trust='track_record', off_policy=True, iterations=399)
 for table in (PUBLISHED, REPORT):
-    table['model_based'] = _MODEL_BASED
+    table.update(head_start=_HEAD_START, model_based=_MODEL_BASED)
 
 METHODS = {'report': REPORT, 'published': PUBLISHED}

@@ -29,9 +29,9 @@ def learn(s: int, a: int, r: float, s2: int, a2: int, done: bool, advice: int, u
     u: uniform in [0, 1): which of two tables learns.
 
     """
+    state.departures[s] += 1.0
     if len(config.has_model) > 0:
         learn_outcome(s, a, r, s2, done, config, state)
-        state.departures[s] += 1.0
         return
     if config.doubles:
         learn_double(s, a, r, s2, done, u < 0.5, config, state)
@@ -61,7 +61,6 @@ def learn(s: int, a: int, r: float, s2: int, a2: int, done: bool, advice: int, u
     else:
         q[s, a] += change
     visits[s, a] += config.visit_growth
-    state.departures[s] += 1.0
     if config.replays:
         backup(s, config.discount, q, visits, state.outcomes, config.actions)
     if advice >= 0 and (config.trust == BETA or config.trust == EXPLICIT):
@@ -90,7 +89,6 @@ def learn_double(s: int, a: int, r: float, s2: int, done: bool, first: bool,
     q[s, a] += 0.5 * change
     half[s, a] += sign * 0.5 * change
     state.visits[s, a] += config.visit_growth
-    state.departures[s] += 1.0
 
 
 @kernel

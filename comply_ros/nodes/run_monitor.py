@@ -155,10 +155,10 @@ class RunMonitor(SafeParameterNode):
 
     def _note_mentor(self, status: DiagnosticStatus) -> None:
         """Remember a status of another node `mentor` in the namespace of the lesson."""
-        own = {process_name(pid) for process in self.processes for pid in process.pids}
-        name = f'{self.get_namespace()}/{MENTOR}'.lstrip('/')
         if self._external == MENTOR:
             return  # it may have any name
+        own = {process_name(pid) for process in self.processes for pid in process.pids}
+        name = f'{self.get_namespace()}/{MENTOR}'.lstrip('/')
         if status.name == name and status.hardware_id not in own:
             self._other_mentors.add(status.hardware_id)
 

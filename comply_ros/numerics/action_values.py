@@ -56,3 +56,24 @@ def count_untried(s: int, q: NDArray[Any], visits: NDArray[Any], actions: Action
     for a in range(count_actions(actions)):
         count += int(q[s, a] > NOTHING and visits[s, a] == 1.0)
     return count
+
+
+@kernel
+def greedy_or_untried_action(s: int, explores: bool, u: float, q: NDArray[Any],
+                             visits: NDArray[Any], actions: Actions) -> int:
+    """
+    Return an action of state s that was never tried if one is to be explored, else a best action.
+
+    u: uniform in [0, 1); candidates are equally likely.
+    """
+    best, untried, ties = max_q_except(s, -1, q, actions), count_untried(s, q, visits, actions), 0
+    for a in range(count_actions(actions)):
+        ties += int(q[s, a] == best)
+    explores = explores and untried > 0
+    pick = int(u * (untried if explores else ties))
+    for a in range(count_actions(actions)):
+        if (q[s, a] > NOTHING and visits[s, a] == 1.0) if explores else q[s, a] == best:
+            if pick == 0:
+                return a
+            pick -= 1
+    return -1

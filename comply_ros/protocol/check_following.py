@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from comply_ros.protocol.emulated_world import PlayedWorld
+from comply_ros.protocol.emulated_world import EmulatedWorld
 from comply_ros.protocol.messages import StateReward
 from comply_ros.protocol.rule_report import Channel, PATIENCE, QUIET, RuleReport
 
@@ -31,7 +31,7 @@ class FollowingCheck:
 
     """
 
-    def __init__(self, played: PlayedWorld, channel: Channel, report: RuleReport,
+    def __init__(self, played: EmulatedWorld, channel: Channel, report: RuleReport,
                  advise: Callable[[StateReward], None], patience: float = PATIENCE) -> None:
         self._played, self._channel, self._check = played, channel, report.check
         self._advise, self._patience = advise, patience

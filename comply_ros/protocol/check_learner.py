@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from comply_ros.protocol.check_following import FollowingCheck
 from comply_ros.protocol.check_following import RULES as FOLLOWING
-from comply_ros.protocol.emulated_world import other_number, PlayedWorld
+from comply_ros.protocol.emulated_world import EmulatedWorld, other_number
 from comply_ros.protocol.learner_answers import LearnerAnswers
 from comply_ros.protocol.learner_answers import RULES as ANSWERS
 from comply_ros.protocol.learner_replays import LearnerReplays
@@ -52,7 +52,7 @@ class LearnerCheck:
     def __init__(self, source: Source, channel: Channel, seed: int = 0, plan: Plan = PLAN,
                  patience: float = PATIENCE) -> None:
         self._channel, self._plan, self._patience = channel, plan, patience
-        self._played = PlayedWorld(source, channel, Action, seed)
+        self._played = EmulatedWorld(source, channel, Action, seed)
         self.report = RuleReport(RULES, channel)
         self._answers = LearnerAnswers(self._played, channel, self.report, patience)
         following = FollowingCheck(self._played, channel, self.report, self._answers.advise,
@@ -73,9 +73,7 @@ class LearnerCheck:
     def run(self) -> tuple[Verdict, ...]:
         """Check the learner; return a verdict on each rule."""
         self._played.describe()
-        for self.report.item, item in enumerate(self._plan):
-            if self._items[item]() is False:
-                break
+        self.report.follow(self._plan, lambda item: self._items[item]())
         self._answers.check_whole_run()
         return self.report.verdicts()
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from comply_ros.protocol.check_following import FollowingCheck
 from comply_ros.protocol.check_following import RULES as FOLLOWING
-from comply_ros.protocol.emulated_world import PlayedWorld
+from comply_ros.protocol.emulated_world import EmulatedWorld
 from comply_ros.protocol.messages import Action, Recommendation, StateReward
 from comply_ros.protocol.plan_shortening import Plan
 from comply_ros.protocol.rule_report import Channel, PATIENCE, QUIET, RuleReport, Verdict
@@ -45,7 +45,7 @@ class MentorCheck:
     def __init__(self, source: Source, channel: Channel, seed: int = 0, plan: Plan = PLAN,
                  patience: float = PATIENCE) -> None:
         self._channel, self._plan, self._patience = channel, plan, patience
-        self._played = PlayedWorld(source, channel, Recommendation, seed)
+        self._played = EmulatedWorld(source, channel, Recommendation, seed)
         self.report = RuleReport(RULES, channel)
         following = FollowingCheck(self._played, channel, self.report, lambda _: None, patience)
         self._first: Recommendation | None = None  # answer of the first run
@@ -59,9 +59,7 @@ class MentorCheck:
     def run(self) -> tuple[Verdict, ...]:
         """Check the mentor; return a verdict on each rule."""
         self._played.describe()
-        for self.report.item, item in enumerate(self._plan):
-            if self._items[item]() is False:
-                break
+        self.report.follow(self._plan, lambda item: self._items[item]())
         strange = self._played.strange_answers()
         if self._first:
             self.report.check('P3', not strange, 'recommendations with run, episode and step of '

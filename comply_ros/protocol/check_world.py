@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from comply_ros.numerics.rng import random_streams
-from comply_ros.protocol.emulated_learner import PlayedLearner
+from comply_ros.protocol.emulated_learner import EmulatedLearner
 from comply_ros.protocol.emulated_world import other_number
 from comply_ros.protocol.messages import (
     ANYONE,
@@ -91,13 +91,15 @@ class WorldCheck:
                 ANYONE, LEARNER, SECOND_LEARNER), RELEASE)
             self._learner.number = self._learner.observation.learner or LEARNER
             if self._checks.check_first(self._learner.observation):
-                for self.report.item, item in enumerate(self._plan):
-                    self._checks.counts_moves = item == 'step'
-                    if self._items[item]() is False:
-                        break
+                self.report.follow(self._plan, self._do)
             self._checks.compare_moves()
             self._check_whole_run(description)
         return self.report.verdicts()
+
+    def _do(self, item: str) -> object:
+        """Do an item of the plan; the moves of steps alone are compared with the model."""
+        self._checks.counts_moves = item == 'step'
+        return self._items[item]()
 
     def _find_world(self) -> bool:
         """Check the description and the first observation; return whether a check can begin."""
@@ -119,7 +121,7 @@ class WorldCheck:
                          description)
         check('W2', True, '')
         self._checks = ObservationChecks(self._world, self._channel, self.report)
-        self._learner = PlayedLearner(self._world, self._channel, self.report, LEARNER,
+        self._learner = EmulatedLearner(self._world, self._channel, self.report, LEARNER,
                                       self._patience)
         self._disturbances = disturbances = WorldDisturbances(
             self._learner, self._checks, self._channel, self.report, self._rng, self._patience)

@@ -16,7 +16,7 @@ REMEMBERED = 4  # actions that were accepted
 RECENT = 10  # observations, of which the newest is the open one
 
 
-class PlayedLearner:
+class EmulatedLearner:
     """
     Sends actions to a world, and finds what follows from them.
 

@@ -14,7 +14,7 @@ from comply_ros.world.mdp import Source, World
 from comply_ros.world.planning import optimal_policy
 
 
-class PlayedWorld:
+class EmulatedWorld:
     """
     Publishes a world and its observations, and finds the answers to them.
 

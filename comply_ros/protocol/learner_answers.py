@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from comply_ros.numerics.rng import random_streams
-from comply_ros.protocol.emulated_world import PlayedWorld
+from comply_ros.protocol.emulated_world import EmulatedWorld
 from comply_ros.protocol.messages import Action, ANYONE, Recommendation, StateReward
 from comply_ros.protocol.rule_report import Channel, PATIENCE, QUIET, RuleReport
 from comply_ros.world.grid import NO_ACTION
@@ -35,14 +35,14 @@ class LearnerAnswers:
 
     """
 
-    def __init__(self, played: PlayedWorld, channel: Channel, report: RuleReport,
+    number: int | None
+
+    def __init__(self, played: EmulatedWorld, channel: Channel, report: RuleReport,
                  patience: float = PATIENCE) -> None:
         self._played, self._channel, self._check = played, channel, report.check
         self._patience, self.number = patience, None
         self._advised: set[int] = set()
         self._before = len(channel.received['Action'])  # of earlier checks
-
-    number: int | None
 
     def was_advised(self, state: int) -> bool:
         """Tell whether there was a recommendation in a state."""

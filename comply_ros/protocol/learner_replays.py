@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from comply_ros.protocol.channel_faults import fault_streams, Faults, FaultyChannel
-from comply_ros.protocol.emulated_world import PlayedWorld
+from comply_ros.protocol.emulated_world import EmulatedWorld
 from comply_ros.protocol.learner_answers import LearnerAnswers
 from comply_ros.protocol.messages import Action, ANYONE, StateReward
 from comply_ros.protocol.rule_report import Channel, FAIL, PASS, QUIET, RuleReport
@@ -53,7 +53,7 @@ class LearnerReplays:
 
     """
 
-    def __init__(self, played: PlayedWorld, channel: Channel, report: RuleReport,
+    def __init__(self, played: EmulatedWorld, channel: Channel, report: RuleReport,
                  answers: LearnerAnswers, seed: int) -> None:
         self._played, self._channel, self._report = played, channel, report
         self._answers, self._seed = answers, seed

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple, Protocol
 
 PASS, FAIL, NOT_REACHED = 'PASS', 'FAIL', 'NOT REACHED'
@@ -111,6 +111,12 @@ class RuleReport:
     def __init__(self, rules: Mapping[str, str], channel: Channel) -> None:
         self._verdicts = {rule: Verdict(rule) for rule in rules}
         self._channel, self._start, self.item = channel, len(channel.transcript), 0
+
+    def follow(self, plan: Iterable[str], do: Callable[[str], object]) -> None:
+        """Do the items of the plan of a check in turn, until one returns False."""
+        for self.item, item in enumerate(plan):
+            if do(item) is False:
+                return
 
     def check(self, rule: str, kept: object, expected: str, got: object = '',
               *messages: Any) -> bool:

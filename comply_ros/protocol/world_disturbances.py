@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from comply_ros.protocol.emulated_learner import PlayedLearner
+from comply_ros.protocol.emulated_learner import EmulatedLearner
 from comply_ros.protocol.emulated_world import other_number
 from comply_ros.protocol.messages import ANYONE, StateReward
 from comply_ros.protocol.observation_checks import ObservationChecks
@@ -34,7 +34,7 @@ class WorldDisturbances:
 
     """
 
-    def __init__(self, learner: PlayedLearner, checks: ObservationChecks, channel: Channel,
+    def __init__(self, learner: EmulatedLearner, checks: ObservationChecks, channel: Channel,
                  report: RuleReport, rng: np.random.Generator, patience: float) -> None:
         self._learner, self._checks, self._channel = learner, checks, channel
         self._check, self._rng, self._patience = report.check, rng, patience
@@ -52,14 +52,14 @@ class WorldDisturbances:
         same = [each._replace(learner=ANYONE) == observation._replace(learner=ANYONE)
                 for each in repeats()]
         self._check('W11', len(same) > count and all(same), 'the open observation again, '
-                          f'with the same fields, within {self._patience:g} s',
-                          f'{len(same) - count} more, {same.count(False)} with other fields',
-                          *repeats())
+                    f'with the same fields, within {self._patience:g} s',
+                    f'{len(same) - count} more, {same.count(False)} with other fields',
+                    *repeats())
         after = self._learner.new(observation)
         if after:
             self._checks.lose_track()
         self._check('W5', after is None, 'no new observation without an action', 'one',
-                          observation, after)
+                    observation, after)
 
     def send_late(self) -> None:
         """Send the last actions again, in another order: they must not move it."""
@@ -70,7 +70,7 @@ class WorldDisturbances:
             if moved:
                 self._checks.lose_track()
             self._check('P6', not moved, 'no move by an action that was accepted before',
-                              'a move', observation, msg, self._learner.new(observation))
+                        'a move', observation, msg, self._learner.new(observation))
 
     def send_wrong(self) -> None:
         """Send actions that must not be accepted."""
@@ -95,6 +95,6 @@ class WorldDisturbances:
         if moved:
             self._checks.lose_track()
         self._check('W12', not moved, 'no move by an action of another run, of another '
-                          'learner, for another observation, or that the state lacks',
-                          f'a move by action {action} {changes or ""}', observation, msg,
-                          self._learner.new(observation))
+                    'learner, for another observation, or that the state lacks',
+                    f'a move by action {action} {changes or ""}', observation, msg,
+                    self._learner.new(observation))

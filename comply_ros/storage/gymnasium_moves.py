@@ -1,14 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """An environment of Gymnasium that moves a world: it is reset and stepped instead of a model."""
 
-from contextlib import suppress
 from math import isfinite
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from comply_ros.storage.gymnasium_worlds import one_line, RGB_ARRAY
+from comply_ros.storage.gymnasium_table import close_environment, one_line, RGB_ARRAY
 from comply_ros.storage.state_numbers import StateNumbers
 from comply_ros.storage.user_files import shown
 from comply_ros.world.transition_table import Table
@@ -88,8 +87,7 @@ class EnvironmentMoves:
 
     def close(self) -> None:
         """Close the environment, which is not used any more."""
-        with suppress(Exception):  # its author raises what they like
-            self._env.close()
+        close_environment(self._env)
 
     def state_dict(self) -> dict[str, Any]:
         """Return the episode and its actions."""

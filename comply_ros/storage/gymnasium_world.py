@@ -4,12 +4,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from contextlib import suppress
 from typing import Any, NamedTuple
 
 from comply_ros.numerics.number_text import NumberError, read_number
 from comply_ros.storage.gymnasium_moves import EnvironmentMoves
-from comply_ros.storage.gymnasium_worlds import (
+from comply_ros.storage.gymnasium_table import (
+    close_environment,
     make_environment,
     step_limit_of,
     table_of_environment,
@@ -135,7 +135,7 @@ class EnvironmentWorld:
             self.source = environment_source(self._env, self._numbers, name.use_table,
                                              requires_table)
         except MapError as error:
-            self.close()
+            close_environment(self._env)
             raise MapError(f'environment {shown(name.name)}: {error}') from None
 
     def moves(self, seed: int) -> EnvironmentMoves:
@@ -144,8 +144,7 @@ class EnvironmentWorld:
 
     def close(self) -> None:
         """Close the environment, which is not used any more."""
-        with suppress(Exception):  # its author raises what they like
-            self._env.close()
+        close_environment(self._env)
 
 
 def environment_source(env: Any, numbers: StateNumbers, use_table: bool = True,

@@ -9,11 +9,12 @@ from comply_ros.numerics.action_values import (
     actions_for_kernels,
     count_actions,
     count_untried,
+    greedy_or_untried_action,
     max_q_except,
     MOST_UNROLLED,
     NOTHING,
 )
-from comply_ros.world.grid import RIGHT
+from comply_ros.world.grid import LEFT, RIGHT, UP
 
 
 @pytest.mark.parametrize('number', [1, 2, 4, 6, MOST_UNROLLED, MOST_UNROLLED + 1, 300])
@@ -55,3 +56,15 @@ def test_untried_actions_are_counted_of_any_number(as_run, number):
     q, visits = np.zeros((1, number)), np.ones((1, number))
     q[0, 0], visits[0, 1] = -np.inf, 2.0
     assert as_run(count_untried)(0, q, visits, actions_for_kernels(number)) == number - 2
+
+
+# UP was tried, and the state does not have DOWN.
+@pytest.mark.parametrize('u, action', [(0.0, LEFT), (0.49, LEFT), (0.5, RIGHT), (0.99, RIGHT)])
+def test_untried_actions_are_equally_likely(as_run, u, action):
+    q, visits = np.array([[1.0, 2.0, -np.inf, 3.0]]), np.array([[1.0, 1.0, 1.0, 2.0]])
+    assert as_run(greedy_or_untried_action)(0, True, u, q, visits, FOUR) == action
+
+
+def test_where_every_action_was_tried_the_best_one_is_chosen(as_run):
+    q, visits = np.array([[1.0, 2.0, -np.inf, 3.0]]), np.array([[2.0, 2.0, 1.0, 2.0]])
+    assert as_run(greedy_or_untried_action)(0, True, 0.0, q, visits, FOUR) == UP

@@ -8,7 +8,6 @@ from tiny_worlds import Bench, corridor, FOUR, room
 from comply_ros.learner.exploration import (
     choose,
     epsilon_greedy_action,
-    greedy_or_untried_action,
     policy_action,
     softmax_action,
     softmax_action_of_many,
@@ -101,18 +100,6 @@ def test_without_advice_or_trust_the_choice_is_its_own(as_run, settings, advice)
     bench.state.q[4] = [1.0, 0.0, 2.0, 0.5]
     assert as_run(choose)(
         4, advice, 0, 0.0, 0.5, bench.kernel_config, bench.state) == (DOWN, 0.0)
-
-
-# UP was tried, and the state does not have DOWN.
-@pytest.mark.parametrize('u, action', [(0.0, LEFT), (0.49, LEFT), (0.5, RIGHT), (0.99, RIGHT)])
-def test_untried_actions_are_equally_likely(as_run, u, action):
-    q, visits = np.array([[1.0, 2.0, -np.inf, 3.0]]), np.array([[1.0, 1.0, 1.0, 2.0]])
-    assert as_run(greedy_or_untried_action)(0, True, u, q, visits, FOUR) == action
-
-
-def test_where_every_action_was_tried_the_best_one_is_chosen(as_run):
-    q, visits = np.array([[1.0, 2.0, -np.inf, 3.0]]), np.array([[2.0, 2.0, 1.0, 2.0]])
-    assert as_run(greedy_or_untried_action)(0, True, 0.0, q, visits, FOUR) == UP
 
 
 # As for four actions above, with a fifth of the value 1: weights e^-2, 1, 0, e^-4, e^-2 with the

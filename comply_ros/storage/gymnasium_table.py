@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Worlds of Gymnasium that have a table of their transitions, such as FrozenLake and Taxi."""
+"""Environments of Gymnasium: made, closed, and read where they have a table of transitions."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from importlib import import_module
 from math import prod
@@ -58,6 +59,12 @@ def _render_modes(name: str) -> Sequence[str]:
         creator = registration.load_env_creator(creator)
     metadata = getattr(creator, 'metadata', None)
     return metadata.get('render_modes') or () if isinstance(metadata, dict) else ()
+
+
+def close_environment(env: Any) -> None:
+    """Close an environment, which is not used any more, whatever its author raises then."""
+    with suppress(Exception):
+        env.close()
 
 
 def one_line(error: BaseException) -> str:

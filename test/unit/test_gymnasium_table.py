@@ -4,7 +4,7 @@
 import pytest
 from table_planning import outcomes
 
-from comply_ros.storage.gymnasium_worlds import table_of_environment
+from comply_ros.storage.gymnasium_table import table_of_environment
 from comply_ros.storage.map_files import parse_map, read_map
 from comply_ros.world.grid import MapError
 from comply_ros.world.mdp import World
