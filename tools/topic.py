@@ -14,6 +14,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 from rosidl_parser.definition import NamespacedType
 
+from comply_ros.nodes.topics import node_name
 from comply_ros.terminal.standard_output import standard_output
 from tools.ros_graph import (
     command_parser,
@@ -145,8 +146,7 @@ def _find(node: Node, given: argparse.Namespace) -> tuple[str, str]:
 def _endpoint(info: TopicEndpointInfo) -> str:
     """Return a publisher or subscriber as text: its node, and its QoS."""
     qos = info.qos_profile
-    return (f'{info.node_namespace.rstrip("/")}/{info.node_name}: '
-            f'{qos.reliability.name.lower()}, {qos.durability.name.lower()}')
+    return f'{node_name(info)}: {qos.reliability.name.lower()}, {qos.durability.name.lower()}'
 
 
 if __name__ == '__main__':

@@ -9,8 +9,6 @@ from rclpy.node import Node
 
 from comply_ros.nodes import topics
 
-UNKNOWN = '_NODE_NAME_UNKNOWN_'  # name of a node that is not discovered to the end
-
 
 class Role(NamedTuple):
     """
@@ -108,6 +106,4 @@ class LessonNodes:
             f'/{full_name.strip("/")}'
 
     def _publishers(self, topic: topics.Topic) -> set[str]:
-        return {self.local_name(f'{each.node_namespace.rstrip("/")}/{each.node_name}')
-                for each in self._node.get_publishers_info_by_topic(
-                    self._node.resolve_topic_name(topic.name)) if each.node_name != UNKNOWN}
+        return {self.local_name(name) for name in topics.publisher_names(self._node, topic)}

@@ -18,7 +18,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from std_srvs.srv import Trigger
 
-from comply_ros.nodes.external_node import FIND_TIME, full_name, PARTS, publisher_names
+from comply_ros.nodes.external_node import FIND_TIME, PARTS
 from comply_ros.nodes.started_node import StartedNode
 from comply_ros.nodes.topics import (
     ACTION,
@@ -27,6 +27,8 @@ from comply_ros.nodes.topics import (
     encoder,
     EPISODE,
     MENTOR_POLICY,
+    node_name,
+    publisher_names,
     RECOMMENDATION,
     SAVE,
     STATE,
@@ -209,7 +211,7 @@ class RosChannel:
     def offered(self, topic: Topic) -> list[QoSProfile]:
         """Return the QoS of the publishers of the node on a topic."""
         return [info.qos_profile for info in self._node.get_publishers_info_by_topic(topic.name)
-                if full_name(info) == self.name]
+                if node_name(info) == self.name]
 
     def join_late(self) -> None:
         """Note how much of what each topic had a subscriber receives that joins now."""

@@ -48,7 +48,7 @@ def verdict_lines(verdict: Verdict, title: str, width: int,
     for message in verdict.messages:
         yield from _wrapped(indent, message_text(message), width)
     if bag:
-        yield from _wrapped(indent, f'bag: {bag}', width)
+        yield from _wrapped(indent, f'bag: {bag}', width, breaks_words=False)
 
 
 def message_text(value: Any) -> str:
@@ -69,10 +69,14 @@ def _content(value: Any) -> Any:
     return len(value[0]) if hasattr(value, '_fields') else value
 
 
-def _wrapped(head: str, text: str, width: int) -> list[str]:
-    """Return a text in lines, the first one after a head, the others indented as far."""
+def _wrapped(head: str, text: str, width: int, breaks_words: bool = True) -> list[str]:
+    """
+    Return a text in lines, the first one after a head, the others indented as far.
+
+    breaks_words: whether a word that is longer than a line is broken; not a path, to be copied.
+    """
     return wrap(head + text, max(width, 2 * INDENT), subsequent_indent=' ' * INDENT,
-                break_on_hyphens=False, drop_whitespace=True) or [head]
+                break_on_hyphens=False, break_long_words=breaks_words) or [head]
 
 
 def write_junit(path: Path, name: str, verdicts: tuple[Verdict, ...],

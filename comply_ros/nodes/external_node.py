@@ -12,7 +12,15 @@ from rclpy.node import Node
 
 from comply_ros.nodes.run_monitor import LessonFailed
 from comply_ros.nodes.spin import POLL_PERIOD
-from comply_ros.nodes.topics import ACTION, reader, RECOMMENDATION, STATE, Topic, WORLD
+from comply_ros.nodes.topics import (
+    ACTION,
+    publisher_names,
+    reader,
+    RECOMMENDATION,
+    STATE,
+    Topic,
+    WORLD,
+)
 from comply_ros.protocol.messages import WorldDescription
 from comply_ros.protocol.world_description import world_from_description
 from comply_ros.storage.training_spec import in_world
@@ -21,18 +29,6 @@ from comply_ros.terminal.training_options import TrainingOptions
 # The topic by which each part is found, whatever its node is called.
 PARTS: dict[str, Topic] = {'world': STATE, 'mentor': RECOMMENDATION, 'learner': ACTION}
 FIND_TIME = 10.0  # seconds in which a node must be found
-UNKNOWN = '_UNKNOWN_'  # in the name of a node of which discovery only has an endpoint
-
-
-def full_name(info: Any) -> str:
-    """Return the full name of the node of an endpoint."""
-    return f'{info.node_namespace.rstrip("/")}/{info.node_name}'
-
-
-def publisher_names(node: Node, topic: Topic) -> list[str]:
-    """Return the full names of the nodes that publish on a topic, as `node` knows them now."""
-    names = {full_name(info) for info in node.get_publishers_info_by_topic(topic.name)}
-    return sorted(name for name in names if UNKNOWN not in name)  # it is found a moment later
 
 
 def find_external(node: Node, executor: SingleThreadedExecutor, part: str,

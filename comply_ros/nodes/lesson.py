@@ -21,9 +21,10 @@ from comply_ros.nodes.external_node import (
     external_world,
     find_external,
     in_external_world,
+    PARTS,
     with_external,
 )
-from comply_ros.nodes.lesson_processes import check_namespace, PARTS, running
+from comply_ros.nodes.lesson_processes import check_namespace, running
 from comply_ros.nodes.lesson_watch import LessonWatch, TAKEN
 from comply_ros.nodes.node_processes import NodeDied, NodeProcess
 from comply_ros.nodes.parameters import FASTEST, SLOWEST
@@ -77,7 +78,7 @@ def lesson_parser() -> argparse.ArgumentParser:
                         help='of the three nodes, for a second lesson at the same time')
     parser.add_argument('--rate', type=real_number, default=0.0, metavar='HZ',
                         help='steps per second, to watch; 0: as fast as possible (default)')
-    parser.add_argument('--external', choices=PARTS, default='', metavar='PART',
+    parser.add_argument('--external', choices=tuple(PARTS), default='', metavar='PART',
                         help='world, mentor or learner: do not start it, but find the one that '
                         'runs on these topics')
     parser.add_argument('--respawn', action='store_true',
@@ -126,7 +127,7 @@ def run_lesson(options: TrainingOptions, disturbance: Disturbance = lambda _: nu
             monitor, options = _monitor(options, stop)
             discovered = time.monotonic() + (  # from when there is a node to discover
                 DISCOVERY_WITH_RESPAWN if options.args.respawn else DISCOVERY)
-            with running(options, held=True, external=options.args.external) as monitor.processes:
+            with running(options, held=True) as monitor.processes:
                 return _start_and_watch(options, monitor, discovered, stop, disturbance)
     finally:
         rclpy.try_shutdown()

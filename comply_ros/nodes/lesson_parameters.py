@@ -35,13 +35,13 @@ def world_parameters(options: TrainingOptions) -> dict[str, Any]:
             'limits': '; '.join(f'{low!r},{high!r}' for low, high in env.limits)}
 
 
-def write_parameters(options: TrainingOptions, external: str = '') -> Path:
-    """Write the parameter file of the lesson and return its path; external: as in `running`."""
+def write_parameters(options: TrainingOptions) -> Path:
+    """Write the parameter file of the nodes that a lesson starts; return its path."""
     kind, _, value = options.mentor.partition(':')
     mentor = f'{kind}:{absolute_path(value)}' if kind in FROM_FILES else options.mentor
     initial = absolute_path(options.initial_learning) if options.initial_learning else ''
     state = {'state_dir': str((options.out / STATE).resolve())} if options.args.respawn else {}
-    parameters = {} if external == 'world' else {
+    parameters = {} if options.args.external == 'world' else {
         world_node(options): {**world_parameters(options), 'seed': options.seed, **state}}
     parameters |= {
         'mentor': {'mentor': mentor, 'seed': options.mentor_seed, 'budget': options.budget,

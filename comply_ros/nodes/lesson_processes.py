@@ -9,11 +9,11 @@ from rclpy.validate_full_topic_name import validate_full_topic_name
 from rclpy.validate_namespace import validate_namespace
 
 from comply_ros.learner.learner_config import ConfigError
+from comply_ros.nodes.external_node import PARTS
 from comply_ros.nodes.lesson_parameters import NODES, STATE, world_node, write_parameters
 from comply_ros.nodes.node_processes import NodeProcess, parameter_arguments, run_nodes
 from comply_ros.terminal.training_options import TrainingOptions
 
-PARTS = ('world', 'mentor', 'learner')
 LONGEST_NAME = 'grid_world/set_parameters_atomically'  # of a topic or service in a lesson
 
 
@@ -34,19 +34,19 @@ def namespace_arguments(name: str) -> list[str]:
     return ['-r', f'__ns:=/{name.strip("/")}'] if name.strip('/') else []
 
 
-def running(options: TrainingOptions, held: bool = False, external: str = '',
+def running(options: TrainingOptions, held: bool = False,
             ) -> AbstractContextManager[list[NodeProcess]]:
     """
-    Run the three nodes as processes that end with the block, whatever happens in it.
+    Run the nodes as processes that end with the block, whatever happens in it.
 
-    external: the part whose node is not started, since it runs already.
+    All three, but for the one that runs already, of a lesson with an external node.
     """
-    arguments = ['--params-file', str(write_parameters(options, external))]
+    arguments = ['--params-file', str(write_parameters(options))]
     shutil.rmtree(options.out / STATE, ignore_errors=True)  # of an earlier lesson
     (options.out / 'learning.npz').unlink(missing_ok=True)
     arguments += namespace_arguments(options.args.namespace)
     if options.args.rate:
         arguments += parameter_arguments({'rate': options.args.rate})
     names = [name for part, name in zip(PARTS, (world_node(options), *NODES[1:]))
-             if part != external]
+             if part != options.args.external]
     return run_nodes(dict.fromkeys(names, arguments), options.out, held)

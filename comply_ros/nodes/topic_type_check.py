@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from rclpy.node import Node
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
-from comply_ros.nodes.topics import Topic
+from comply_ros.nodes.topics import node_name, Topic
 
 PATIENCE = 30  # ticks with two publishers before a warning: a dead one is seen for 20 seconds
 
@@ -40,12 +40,12 @@ class TopicTypeCheck:
             ends = (*self._node.get_publishers_info_by_topic(name),
                     *self._node.get_subscriptions_info_by_topic(name))
             own_hash = next((str(end.topic_type_hash) for end in ends
-                             if _node_name(end) == self._own and end.topic_type == expected), '')
+                             if node_name(end) == self._own and end.topic_type == expected), '')
             for end in ends:
                 problem = self._problem(end, expected, own_hash)
                 if problem and self._is_new(name, end):
                     yield (f'topic {name} must have the type {expected}, but the '
-                           f'{end.endpoint_type.name.lower()} of {_node_name(end)} has {problem}')
+                           f'{end.endpoint_type.name.lower()} of {node_name(end)} has {problem}')
 
     def _problem(self, end: TopicEndpointInfo, expected: str, own_hash: str) -> str | None:
         """Return what is wrong with the type of a publisher or subscriber, or None."""
@@ -58,14 +58,10 @@ class TopicTypeCheck:
         return None
 
     def _is_new(self, name: str, end: TopicEndpointInfo) -> bool:
-        found = name, end.topic_type, str(end.topic_type_hash), _node_name(end)
+        found = name, end.topic_type, str(end.topic_type_hash), node_name(end)
         is_new = found not in self._reported
         self._reported.add(found)
         return is_new
-
-
-def _node_name(end: TopicEndpointInfo) -> str:
-    return f'{end.node_namespace.rstrip("/")}/{end.node_name}'
 
 
 def type_name(message: type) -> str:

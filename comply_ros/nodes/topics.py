@@ -6,8 +6,10 @@ from typing import Any, NamedTuple
 
 from builtin_interfaces.msg import Time
 from comply_msgs import msg
+from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message, serialize_message
+from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from comply_ros.nodes import cdr
 from comply_ros.protocol import messages
@@ -69,6 +71,7 @@ RECOMMEND = 'recommend'  # service of the mentor
 SAVE = 'save'  # service of the learner
 PAUSE, STEP = '~/pause', '~/step'  # services of the world
 RESET = '~/reset'  # service of the world, and of the learner
+UNKNOWN = '_UNKNOWN_'  # in the name of a node of which discovery only has an endpoint
 ANOTHER = 'another learner is meant'  # how `save` answers a request for another learner
 
 
@@ -163,3 +166,14 @@ def time_message(nanoseconds: int) -> Time:
     """Return a time as messages have it; nanoseconds: since 1970."""
     seconds, rest = divmod(nanoseconds, messages.NANOSECONDS)
     return Time(sec=seconds, nanosec=rest)
+
+
+def node_name(end: TopicEndpointInfo) -> str:
+    """Return the full name of the node of a publisher or subscriber."""
+    return f'{end.node_namespace.rstrip("/")}/{end.node_name}'
+
+
+def publisher_names(node: Node, topic: Topic) -> list[str]:
+    """Return the full names of the nodes that publish on a topic, as `node` knows them now."""
+    names = {node_name(end) for end in node.get_publishers_info_by_topic(topic.name)}
+    return sorted(name for name in names if UNKNOWN not in name)  # it is found a moment later

@@ -28,6 +28,12 @@ FAILED = Verdict('L13', FAIL, 'no action for an observation that skips a step, w
                  'an action', (WORLD, OBSERVATION, ACTION))
 
 
+def test_a_path_that_is_longer_than_a_line_stays_whole():
+    path = Path('/a-folder-with-a-name/' * 5 + 'M6')
+    lines = list(verdict_lines(FAILED, 'no step is skipped', 60, FailureBag(path, 3)))
+    assert any(str(path) in line for line in lines)
+
+
 @pytest.mark.parametrize('width', [60, 80])
 def test_no_line_is_wider_than_the_terminal(width):
     bag = FailureBag(Path('runs/check-2026-11-27-10-23-49/L13'), 12)
