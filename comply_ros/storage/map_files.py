@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Maps from files: those that come with the package, by name, and any other, by path."""
+"""Maps by their names: of the package, of a file, of another library, and random ones."""
 
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 from comply_ros.learner.presets import METHODS
-from comply_ros.numerics.number_text import NumberError, read_number
+from comply_ros.numerics.number_text import NumberError, read_integer, read_number
 from comply_ros.storage.cell_rules_yaml import (
     CELL_KEYS,
     marked_starts,
@@ -21,11 +21,12 @@ from comply_ros.storage.cell_rules_yaml import (
 )
 from comply_ros.storage.file_system import PathError
 from comply_ros.storage.gymnasium_world import EnvironmentWorld, read_environment_name
-from comply_ros.storage.map_name import GYM, map_names, NAV2, parse_map_name
+from comply_ros.storage.map_name import GARNET, GYM, map_names, NAV2, parse_map_name
 from comply_ros.storage.nav2_maps import nav2_rows, nav2_state, read_nav2_map, read_points
 from comply_ros.storage.taxi_racetrack_maps import named_world
 from comply_ros.storage.user_files import load_yaml, read_text, shown, YamlError
 from comply_ros.world.cell_rules_table import table_of
+from comply_ros.world.garnet import garnet_table
 from comply_ros.world.grid import default_step_limit, FREE, Grid, MapError, OBSTACLE
 from comply_ros.world.mdp import Source
 from comply_ros.world.transition_table import Table
@@ -67,7 +68,7 @@ def read_world(name: str, profile: str) -> Source:
     Parameters
     ----------
     name: of a map of the package, path of a map file, `gym:` and the name of an environment of
-        Gymnasium, or `nav2:` and the path of a map of Nav2; see `MapName`.
+        Gymnasium, `nav2:` and the path of a map of Nav2, or `garnet:` and a seed; see `MapName`.
     profile: as in `parse_map`; worlds of others have their own rewards in every profile.
 
     Raises
@@ -82,6 +83,8 @@ def read_world(name: str, profile: str) -> Source:
         _check_profile(profile)
         if scheme == GYM:
             return _environment_source(target, arguments)
+        if scheme == GARNET:
+            return _garnet(target, arguments)
         return parse_map(_read_text(name), profile, Path(name).parent)
     except MapError as error:
         raise MapError(f'map {name!r}: {error}') from None
@@ -91,6 +94,16 @@ def _environment_source(target: str, arguments: dict[str, Any]) -> Table | Space
     world = EnvironmentWorld(read_environment_name(target, arguments), requires_table=True)
     world.close()
     return world.source
+
+
+def _garnet(seed: str, arguments: dict[str, Any]) -> Table:
+    try:
+        if arguments:
+            raise MapError('a Garnet has no arguments, got ' + shown(next(iter(arguments))))
+        return garnet_table(read_integer(seed))
+    except NumberError:
+        raise MapError('a Garnet must be named garnet:SEED, with a whole number, got '
+                       + shown(seed)) from None
 
 
 def _read_text(name: str) -> str:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Names of maps: one of the package, a file, `nav2:` a map of Nav2, `gym:` one of Gymnasium."""
+"""Names of maps: one of the package, a file, or `nav2:`, `gym:` or `garnet:` and what follows."""
 
 from importlib.resources import files
 from pathlib import Path
@@ -11,17 +11,18 @@ from comply_ros.storage.file_system import absolute_path
 from comply_ros.storage.user_files import load_yaml, shown, YamlError
 from comply_ros.world.grid import MapError
 
-NAV2, GYM = SCHEMES = 'nav2', 'gym'
+NAV2, GYM, GARNET = SCHEMES = 'nav2', 'gym', 'garnet'
 LONGEST_TITLE, LONGEST_STEM = 255, 100  # characters
-OTHER_MAPS = 'a map file, gym:NAME of Gymnasium, or nav2:FILE?start=X,Y&goal=X,Y'  # for helps
+OTHER_MAPS = ('a map file, gym:NAME of Gymnasium, nav2:FILE?start=X,Y&goal=X,Y, or garnet:SEED, '
+              'a random world')  # for helps
 
 
 class MapName(NamedTuple):
     """
     What a name of a map such as `gym:FrozenLake-v1?map_name=8x8&is_slippery=false` says.
 
-    scheme: `nav2`, `gym`, or '' for a map of the package and for a map file.
-    target: the path, or the name of the map or environment.
+    scheme: `nav2`, `gym`, `garnet`, or '' for a map of the package and for a map file.
+    target: the path, the name of the map or environment, or the seed.
     arguments: by their names; always empty without a scheme.
     """
 
@@ -77,7 +78,7 @@ def _unquoted(text: str) -> str:
 def map_title(name: str) -> str:
     """Return a map's name as people read it: a file without its folder and its ending."""
     scheme, colon, rest = name.partition(':')
-    if colon and scheme == GYM:
+    if colon and scheme in (GYM, GARNET):
         return name[:LONGEST_TITLE]
     return Path(unquote(rest.partition('?')[0]) if colon and scheme == NAV2 else name).stem
 
@@ -85,7 +86,8 @@ def map_title(name: str) -> str:
 def file_stem(name: str) -> str:
     """Return how the name of a file about a map begins, without letters that files lack."""
     title = map_title(name)
-    return re.sub(r'[^\w.-]+', '_', title)[:LONGEST_STEM] if name.startswith(f'{GYM}:') else title
+    is_no_path = name.startswith((f'{GYM}:', f'{GARNET}:'))
+    return re.sub(r'[^\w.-]+', '_', title)[:LONGEST_STEM] if is_no_path else title
 
 
 def is_path(name: str) -> bool:

@@ -13,6 +13,12 @@ def test_a_file_may_have_the_name_of_a_library():
     assert file_stem('gym:Taxi-v4?is_rainy=true') == 'gym_Taxi-v4_is_rainy_true'
 
 
+def test_a_random_world_is_no_file():
+    assert parse_map_name('garnet:7') == ('garnet', '7', {})
+    assert map_title('garnet:7') == absolute_name('garnet:7') == 'garnet:7'
+    assert file_stem('garnet:7') == 'garnet_7'
+
+
 @pytest.mark.parametrize('name, target', [
     ('nav2:my%20house.yaml?start=1,2', 'my house.yaml'), ('nav2:100%25.yaml', '100%.yaml'),
     ('nav2:why%3F.yaml?start=1,2', 'why?.yaml'), ('nav2:100%.yaml', '100%.yaml'),
