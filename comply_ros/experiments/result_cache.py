@@ -97,7 +97,9 @@ class ResultCache:
         spec = read_mentor_spec(run.mentor)  # files count by what is in them, not by their names
         grid = reference_returns_of(run).world.sha256
         config = config_of(run)
-        settings = tuple(value for name, value in asdict(config).items()
+        # A later field that is changed has its name beside its value: others may be left out.
+        settings = tuple(value if name not in LATER_FIELDS else (name, value)
+                         for name, value in asdict(config).items()
                          if name not in LATER_FIELDS or value != LATER_FIELDS[name])
         policy = hashlib.sha256(spec.value.policy.tobytes()).hexdigest() \
             if spec.kind == 'learned' else None

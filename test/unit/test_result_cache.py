@@ -41,6 +41,15 @@ def test_another_run_is_another_cell(folder, change):
     assert not ResultCache(folder, 2).has(RUN._replace(**change))
 
 
+def test_two_later_fields_with_the_same_value_are_two_cells(folder):
+    run = RUN._replace(method='model_based')
+    changed = [run._replace(settings=(*run.settings, (name, 0.0)))
+               for name in ('untried_value', 'advice_slack')]
+    cache = ResultCache(folder, 1)
+    cache.save(changed[0], [training_runs.learn(changed[0])])
+    assert [cache.has(each) for each in changed] == [True, False]
+
+
 @pytest.mark.parametrize('name', ['FORMAT_VERSION', 'ALGORITHM_VERSION'])
 def test_a_cell_of_another_version_does_not_count(folder, monkeypatch, name):
     monkeypatch.setattr(result_cache, name, 99)
