@@ -12,6 +12,7 @@ from comply_ros.experiments.figures_beyond_report import (
     VARIANTS,
     WITH_MODEL,
 )
+from comply_ros.experiments.markdown_tables import head, interval_text, line, unsigned_zero
 from comply_ros.experiments.published_results import LOWEST_REGRET, Published, WITHOUT_MENTOR
 from comply_ros.experiments.report_figures import Mentors, report_figures
 from comply_ros.numerics.summation import mean_in_order
@@ -38,8 +39,8 @@ stays above 99 % of the optimal one. The noise of a mini-batch of 15 episodes al
 (T of 400 is "never"):
 """
 OUR_METHODS = """Each is one method with the same settings for all mentors, and works in
-the nodes like any other. [`model_based`](methods/model_based.md) has a page of its own: there are
-the worlds in which it was measured, those it was not made with, and where it falls short.
+the nodes like any other. [`model_based`](methods/model_based.md) has a page of its own, and
+[another one](results/suite.md) has its regret in every world, also in those it was not made with.
 
 In `head_start`, advice gives a head start: the value of the recommended action starts a little
 above the others, and the learner follows it until experience puts it below another one. Values
@@ -77,11 +78,11 @@ def table_lines(numbers: dict) -> Iterator[str]:
 
 def _with_mentor(numbers: dict, cells: dict[str, dict]) -> Iterator[str]:
     yield '\n## Compliant learners: T / ratio / regret over 399 iterations\n'
-    yield from _head('method', 'mentor', 'published', 'ours', 'off by (T, regret)',
+    yield from head('method', 'mentor', 'published', 'ours', 'off by (T, regret)',
                      'ours, slips that can bump')
     for (method, mentor), cell in cells['4.15'].items():
         published = published_results.WITH_MENTOR[method].get(mentor)
-        yield _line(method, mentor, *_against(published, cell),
+        yield line(method, mentor, *_against(published, cell),
                     _measures(cells['both_mazes'][method, mentor]))
     yield ('\nWith good mentors T is only a few iterations just below the threshold, so a '
            'difference of a few is a large share; there regret says more. The mentor of ~74 % is '
@@ -96,43 +97,43 @@ def _with_mentor(numbers: dict, cells: dict[str, dict]) -> Iterator[str]:
     for method, settings in published_results.FITTED_SETTINGS.items():
         yield f'* `{method}`: ' + ', '.join(f'{name} {value}' for name, value in settings.items())
     yield '\nWith the published settings:\n'
-    yield from _head('method', 'mentor', 'published', 'ours', 'off by (T, regret)')
+    yield from head('method', 'mentor', 'published', 'ours', 'off by (T, regret)')
     for (method, mentor), cell in cells['rows'].items():
         published = (published_results.WITH_MENTOR[method].get(mentor) if mentor
                      else WITHOUT_MENTOR[method])
-        yield _line(method, mentor or '-', *_against(published, cell))
+        yield line(method, mentor or '-', *_against(published, cell))
 
 
 def _without_mentor(numbers: dict, cells: dict[str, dict]) -> Iterator[str]:
     yield '\n## Learners without a mentor: T / ratio / regret over 399 iterations\n'
-    yield from _head('method', 'iterations', 'published', 'ours', 'off by (T, regret)',
+    yield from head('method', 'iterations', 'published', 'ours', 'off by (T, regret)',
                      'ours, slips that can bump')
     for method, iterations in ITERATIONS_ALONE.items():
-        yield _line(method, str(iterations - 1),
+        yield line(method, str(iterations - 1),
                     *_against(WITHOUT_MENTOR[method], cells['3.3'][method]),
                     _measures(cells['both_mazes'][method, None]))
 
 
 def _text(numbers: dict, cells: dict[str, dict]) -> Iterator[str]:
     yield TEXT
-    yield from _head('method', 'mentor', 'T / ratio / regret')
+    yield from head('method', 'mentor', 'T / ratio / regret')
     for (method, mentor), cell in cells['text'].items():
-        yield _line(method, mentor, _measures(cell))
+        yield line(method, mentor, _measures(cell))
 
 
 def _comparison(numbers: dict, cells: dict[str, dict]) -> Iterator[str]:
     yield '\n## Better than the report: regret over 399 iterations, slips that can bump\n'
-    yield from _head('method', *LOWEST_REGRET)
+    yield from head('method', *LOWEST_REGRET)
     if numbers['profile'] == 'published':
-        yield _line('best published', *map(str, LOWEST_REGRET.values()))
+        yield line('best published', *map(str, LOWEST_REGRET.values()))
     compared = dict(cells['regret'])
     alone = {method: compared.pop((f'{method}, alone', None)) for method in (OURS, WITH_MODEL)}
     for method in dict.fromkeys(method for method, _ in compared):
-        yield _line(f'**{method}**' if method in alone else method,
+        yield line(f'**{method}**' if method in alone else method,
                     *(_measure(compared[method, mentor], 'regret') for mentor in LOWEST_REGRET))
     for method in alone:
         ours = [compared[method, mentor] for mentor in LOWEST_REGRET]
-        yield _line(f'{method}, mean return of the last 50', *(
+        yield line(f'{method}, mean return of the last 50', *(
             '-' if cell is None else f'{mean_in_order(cell["mean"][-50:]):.2f}' for cell in ours))
     yield '\nWithout a mentor ' + ', and '.join(
         f'`{method}` has a regret of {_measure(cell, "regret")}'
@@ -141,20 +142,11 @@ def _comparison(numbers: dict, cells: dict[str, dict]) -> Iterator[str]:
 
 def _variants(numbers: dict, cells: dict[str, dict]) -> Iterator[str]:
     yield '\n## What was tried, and what each part is worth: regret\n'
-    yield from _head('variant', 'of', *VARIANT_MENTORS)
+    yield from head('variant', 'of', *VARIANT_MENTORS)
     tried = {**cells['regret'], **cells['tried']}  # our method, unchanged, is in the first
     for name, (method, _) in {OURS: (OURS, {}), **VARIANTS}.items():
-        yield _line(name, method, *(_measure(tried[name, mentor], 'regret')
+        yield line(name, method, *(_measure(tried[name, mentor], 'regret')
                                     for mentor in VARIANT_MENTORS))
-
-
-def _head(*names: str) -> Iterator[str]:
-    yield _line(*names)
-    yield _line(*['---'] * len(names))
-
-
-def _line(*words: str) -> str:
-    return '| ' + ' | '.join(words) + ' |'
 
 
 def _against(published: Published | None, cell: dict | None) -> tuple[str, str, str]:
@@ -163,7 +155,7 @@ def _against(published: Published | None, cell: dict | None) -> tuple[str, str, 
         return '-', _measures(cell), '-'
     ratio = '-' if published.ratio is None else f'{published.ratio:.2f}'
     differences = '-' if cell is None else ', '.join(
-        f'{_unsigned(100 * (cell[name]["mean"] / there - 1), 0)} %'
+        f'{unsigned_zero(100 * (cell[name]["mean"] / there - 1), 0)} %'
         for name, there in (('time_to_convergence', published.time), ('regret', published.regret)))
     return f'{published.time} / {ratio} / {published.regret}', _measures(cell), differences
 
@@ -177,13 +169,4 @@ def _measures(cell: dict | None) -> str:
 
 def _measure(cell: dict | None, name: str, digits: int = 0) -> str:
     """Return the mean of a measure and half the width of its interval."""
-    value = cell and cell[name]
-    if value is None:
-        return '-'
-    half = (value['high'] - value['low']) / 2
-    return f'{_unsigned(value["mean"], digits)} ± {half:.{digits}f}'
-
-
-def _unsigned(value: float, digits: int) -> str:
-    """Return the text of a number; one that rounds to 0 has no sign."""
-    return f'{round(value, digits) + 0.0:.{digits}f}'
+    return interval_text(cell and cell[name], digits)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`reproduce`: every figure of the report, computed in parallel, resumed, plotted, compared."""
+"""`reproduce`: every figure of the report, or the suite; computed in parallel, resumed, drawn."""
 
 import argparse
 from collections.abc import Iterator, Sequence
@@ -8,14 +8,14 @@ import fcntl
 from pathlib import Path
 
 from comply_ros.experiments import training_runs
+from comply_ros.experiments.cell_computation import compute_cells
 from comply_ros.experiments.computed_results import Results
 from comply_ros.experiments.figure_plots import PLOTS
 from comply_ros.experiments.figures_beyond_report import extra_figures
-from comply_ros.experiments.parallel_runs import completed, local_executor
 from comply_ros.experiments.report_figures import all_runs, Figure, Mentors, report_figures
 from comply_ros.experiments.report_files import count_verdicts, numbers_of, write_page
 from comply_ros.experiments.result_cache import ResultCache
-from comply_ros.experiments.training_runs import Run, RunResult
+from comply_ros.experiments.suite import run_suite, SuiteError
 from comply_ros.learner.presets import METHODS
 from comply_ros.mentor.policy_text import format_policy
 from comply_ros.plots.grid_plot import write_picture
@@ -24,11 +24,13 @@ from comply_ros.storage.map_files import read_map
 from comply_ros.storage.mentor_cache import read_mentor_spec
 from comply_ros.storage.run_files import OutputError, prepare_folder, write_json
 from comply_ros.terminal.command_line import CommandParser, whole_number
-from comply_ros.terminal.console import console, progress_bar, progress_console
-from comply_ros.terminal.interrupts import check, interrupts, StopFlag
+from comply_ros.terminal.console import console, progress_bar
+from comply_ros.terminal.interrupts import check, interrupts
 from comply_ros.terminal.training_options import guarded, MISTAKES
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import optimal_policy
+
+SEEDS, SUITE_SEEDS = 30, 3
 
 
 class FigureError(ValueError):
@@ -41,7 +43,13 @@ def main(argv: Sequence[str]) -> int:
         'reproduce', description='Regenerate the figures of the report, and compare them.')
     add = parser.add_argument
     add('--figures', nargs='+', metavar='NAME', help='such as 4.15 4.16 (default: all)')
-    add('--seeds', type=whole_number, default=30, metavar='N', help='(default: %(default)s)')
+    add('--suite', action='store_true',
+        help='instead of figures: model_based with every mentor, and other methods, in every map '
+        'and in random worlds (3 seeds on two cores: about 20 minutes)')
+    add('--ablations', action='store_true',
+        help='also, with --suite: model_based with one part of it switched off')
+    add('--seeds', type=whole_number, metavar='N', help=f'(default: {SEEDS}; of the suite '
+        f'{SUITE_SEEDS})')
     add('--profile', default='published', metavar='NAME',
         help=f'{" or ".join(METHODS)} (default: %(default)s)')
     add('--mentors', metavar='DIR', help='a folder with mentor_1.txt (99.9 %%) and mentor_3.txt '
@@ -50,7 +58,9 @@ def main(argv: Sequence[str]) -> int:
     add('--redraw', action='store_true', help='plot what was computed, compute nothing')
     add('--page', metavar='FILE', help='also write the page to this file, its pictures beside it')
     options = parser.parse_args(argv[1:])
-    return guarded('reproduce', (*MISTAKES, FigureError), lambda: run(options))
+    if options.seeds is None:
+        options.seeds = SUITE_SEEDS if options.suite else SEEDS
+    return guarded('reproduce', (*MISTAKES, FigureError, SuiteError), lambda: run(options))
 
 
 def run(options: argparse.Namespace) -> int:
@@ -59,7 +69,11 @@ def run(options: argparse.Namespace) -> int:
         raise FigureError(f'seeds must be at least 1, got {options.seeds}')
     if options.profile not in METHODS:
         raise FigureError(f'profile must be one of {", ".join(METHODS)}, got {options.profile!r}')
+    _check_suite_options(options)
     out = prepare_folder(options.out or Path('runs') / f'reproduce-{options.profile}')
+    if options.suite:
+        with lock_folder(out):
+            return run_suite(options, out)
     json, pages = out / 'results.json', [out / 'results.md']
     if options.page:
         pages.append(Path(options.page))
@@ -83,6 +97,15 @@ def run(options: argparse.Namespace) -> int:
     for path in (out / 'figures', json, *pages):
         console.print(f'  {printable(path)}', soft_wrap=True)
     return 0
+
+
+def _check_suite_options(options: argparse.Namespace) -> None:
+    """Raise FigureError for an option that only the suite has, or that it does not have."""
+    if options.ablations and not options.suite:
+        raise FigureError('--ablations must come with --suite, got it without')
+    for name in ('figures', 'mentors'):
+        if options.suite and getattr(options, name):
+            raise FigureError(f'--{name} must not come with --suite, got both')
 
 
 @contextmanager
@@ -144,35 +167,10 @@ def _complete(
                           f'{cache.folder}, but {len(missing + curves)} are missing')
     with interrupts() as stop:
         if missing:
-            _compute(missing, watched, cache, stop)
+            compute_cells(missing, cache, stop, watched)
         for run in curves:
             check(stop)
             cache.save_greedy_curve(run, training_runs.greedy_curve(run))
-
-
-def _compute(missing: Sequence[Run], watched: set[Run], cache: ResultCache,
-             stop: StopFlag) -> None:
-    """Compute the missing cells on all cores; save each as soon as all its seeds are done."""
-    results: dict[Run, dict[int, RunResult]] = {run: {} for run in missing}
-
-    def learn(job: tuple[Run, int], stop: StopFlag) -> RunResult | None:
-        run, seed = job
-        return training_runs.learn(run._replace(seed=seed), stop, run in watched)
-    jobs = ((run, seed) for run in missing for seed in range(cache.seeds))
-    try:
-        with progress_bar() as bar, local_executor(learn, stop) as executor:
-            task = bar.add_task('learning', total=len(missing) * cache.seeds, now='')
-            for (run, seed), result in completed(executor, ((job, job) for job in jobs), stop):
-                results[run][seed] = result
-                if len(results[run]) == cache.seeds:
-                    by_seed = results.pop(run)
-                    cache.save(run, [by_seed[seed] for seed in range(cache.seeds)])
-                bar.update(task, advance=1, now=run.method)
-    except BaseException:
-        done = sum(map(cache.has, missing))
-        progress_console.print(f'{done} of {len(missing)} cells were computed and are kept in '
-                               f'{cache.folder}; the same command continues from there')
-        raise
 
 
 def _plot(figures: Sequence[Figure], results: Results, folder: Path) -> None:

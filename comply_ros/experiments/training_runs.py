@@ -28,6 +28,7 @@ from comply_ros.world.planning import greedy
 from comply_ros.world.reference_returns import AnyReturns, reference_returns
 
 GREEDY_PERIOD = 10  # iterations between two points of a `GreedyCurve`
+MENTOR_OF_SEED = -1  # mentor seed of a cell in which each seed of the learner has its own mentor
 REGRET_ITERATIONS = 399  # over which regret is summed: as many as the published runs had
 
 T = TypeVar('T')
@@ -84,6 +85,12 @@ class GreedyCurve(NamedTuple):
     numbers: list[int]
     learner: list[float]
     greedy: list[float]
+
+
+def run_of_seed(run: Run, seed: int) -> Run:
+    """Return the run of one seed of a cell, with its mentor."""
+    is_own = run.mentor_seed == MENTOR_OF_SEED
+    return run._replace(seed=seed, mentor_seed=seed if is_own else run.mentor_seed)
 
 
 def setting_value(name: str, value: object) -> object:
