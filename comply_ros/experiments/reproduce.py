@@ -45,7 +45,7 @@ def main(argv: Sequence[str]) -> int:
     add('--figures', nargs='+', metavar='NAME', help='such as 4.15 4.16 (default: all)')
     add('--suite', action='store_true',
         help='instead of figures: model_based with every mentor, and other methods, in every map '
-        'and in random worlds (3 seeds on two cores: about 20 minutes)')
+        'and in random worlds (3 seeds on two cores: about 15 minutes, half of them MountainCar)')
     add('--ablations', action='store_true',
         help='also, with --suite: model_based with one part of it switched off')
     add('--seeds', type=whole_number, metavar='N', help=f'(default: {SEEDS}; of the suite '

@@ -64,7 +64,8 @@ CAR = """
 Nobody knows its optimum, so there is no regret. Mean return of the last {last} of {iterations}
 iterations of {episodes} episodes, in `{name}`; the worst return is -200. It has fewer iterations
 than the other worlds, since its steps are those of Gymnasium and not compiled. The mentor `swing`
-pushes the way that the car moves.
+pushes the way that the car moves: it comes to the goal in
+[about 120 steps](../how-to/mountain-car.md).
 """
 PARTS = """
 ## What each part is worth
