@@ -27,6 +27,9 @@ from comply_ros.world.mdp import World
 # Of a WorldDescription of version 0.1.0, whose messages had no header and no `protocol`.
 FIELDS_OF_PROTOCOL_1 = ('run', 'began', 'name', 'width', 'height', 'rows', 'starts', 'step_reward',
                         'obstacle_reward', 'goal_reward', 'intended', 'step_limit', 'slips_bump')
+# Fields that messages of protocol 2 and version 0.1.0 do not have: of one mentor without a name
+# they have their defaults.
+ONE_MENTOR_FIELDS = ('mentor', 'all_advice', 'mentors')
 
 
 class DecodedMessages:
@@ -112,31 +115,42 @@ def _decoder(topic: str, recorded: BagMessage) -> Callable[[bytes], Any]:
     missing = [field for field in tuple_type._fields if field not in fields]
     make = tuple_maker(tuple_type)
     if missing:
-        make = _maker_of_protocol_1(tuple_type, missing, fields)
+        make = _maker_of_older(tuple_type, missing, fields)
+    elif tuple_type is WorldDescription:
+        make = _world_of_protocol_2
     if make is None:
-        raise BagError(f'{recorded.message_type} must have the fields of protocol {PROTOCOL}, or '
-                       f'those of version 0.1.0; in the bag it has no {", ".join(missing)}')
+        raise BagError(f'{recorded.message_type} must have the fields of protocol {PROTOCOL}, of '
+                       'protocol 2 or of version 0.1.0; in the bag it has no '
+                       f'{", ".join(missing)}')
     return lambda data: _with_lists(make(store.deserialize_cdr(data, recorded.message_type)))
 
 
 def _with_lists(values: Any) -> Any:
-    """Return a tuple with lists instead of arrays of numpy."""
+    """Return a tuple with lists instead of arrays of numpy, and tuples in `ONE_MENTOR_FIELDS`."""
+    found = [value.tolist() if isinstance(value, np.ndarray) else
+             _with_lists(value) if hasattr(value, '_fields') else value for value in values]
     return type(values)(*[
-        value.tolist() if isinstance(value, np.ndarray) else
-        _with_lists(value) if hasattr(value, '_fields') else value for value in values])
+        tuple(value) if name in ONE_MENTOR_FIELDS and isinstance(value, list) else value
+        for name, value in zip(values._fields, found)])
 
 
-def _maker_of_protocol_1(tuple_type: type[Any], missing: Sequence[str],
-                         fields: Sequence[str]) -> Callable[[Any], Any] | None:
-    """Return a function from a message of version 0.1.0 to a tuple; None if it is none."""
+def _maker_of_older(tuple_type: type[Any], missing: Sequence[str],
+                    fields: Sequence[str]) -> Callable[[Any], Any] | None:
+    """Return a function from a message of protocol 2 or version 0.1.0 to a tuple, or None."""
     if tuple_type is WorldDescription:
         return _world_of_protocol_1 if set(FIELDS_OF_PROTOCOL_1) <= set(fields) else None
-    if not set(missing) <= {'mentor', 'observation_count'} \
+    if not set(missing) <= {*ONE_MENTOR_FIELDS, 'observation_count'} \
             or 'observation_count' in missing and 'turns' not in fields:
         return None
     return lambda msg: tuple_type(**{
-        name: getattr(msg, 'turns' if name == 'observation_count' else name)
-        for name in tuple_type._fields if name != 'mentor'})
+        name: getattr(msg, 'turns' if name not in fields else name)
+        for name in tuple_type._fields if name in fields or name == 'observation_count'})
+
+
+def _world_of_protocol_2(msg: Any) -> WorldDescription:
+    """Return a world; one of protocol 2 has the same fields as one of the present protocol."""
+    description = tuple_maker(WorldDescription)(msg)
+    return description._replace(protocol=PROTOCOL) if description.protocol == 2 else description
 
 
 def _world_of_protocol_1(msg: Any) -> WorldDescription:

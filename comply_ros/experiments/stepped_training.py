@@ -10,7 +10,7 @@ from comply_ros.learner.agent import Agent, IterationResult
 from comply_ros.learner.learner_config import LearnerConfig
 from comply_ros.learner.learner_state import LearnerState
 from comply_ros.learner.learning_result import Learned
-from comply_ros.learner.training import Training
+from comply_ros.learner.training import Mentors, mentors_by_name, Training
 from comply_ros.mentor.advice_budget import AdviceBudget
 from comply_ros.protocol.world_moves import Moves
 from comply_ros.storage.gymnasium_world import moves_of_map
@@ -26,7 +26,7 @@ class SteppedTraining:
     ----------
     world: the world.
     moves: how it moves.
-    mentor: what recommends.
+    mentors: what recommends, by the names of the mentors; or the only one.
     config: the settings of the learner.
     seed: of the random numbers of the learner.
     initial: values and beliefs to begin with, see `Agent`.
@@ -38,16 +38,19 @@ class SteppedTraining:
     Attributes
     ----------
     agent: the agent, with what it has learned.
-    advice: `advice[s]` that it received, the newest one; -1 where none.
+    advice: `advice[s]` that it received, the newest one; -1 where none. Of several mentors in
+        rows, `advice[m * n_states + s]`.
 
     """
 
-    def __init__(self, world: World, moves: Moves, mentor: AdviceBudget, config: LearnerConfig,
-                 seed: int, initial: Learned | None = None) -> None:
-        self.agent = Agent(config, seed, initial)
+    def __init__(self, world: World, moves: Moves, mentors: AdviceBudget | Mentors,
+                 config: LearnerConfig, seed: int, initial: Learned | None = None) -> None:
+        named = mentors_by_name(world, mentors)
+        self.agent = Agent(config, seed, initial, tuple(named))
         self.agent.start(world)
         self.advice = self.agent.earlier_advice.copy()
-        self._moves, self._mentor, self._episode = moves, mentor, 0
+        self._moves, self._mentors, self._episode = moves, tuple(named.values()), 0
+        self._silence = len(named) * (NO_ACTION,)
 
     @property
     def state(self) -> LearnerState:
@@ -71,26 +74,27 @@ class SteppedTraining:
         step, s = 0, self._moves.start(self._episode)
         reward, terminated, truncated = 0.0, False, False
         while True:
-            advice = NO_ACTION if terminated else self._recommend(s)
+            advice = self._silence if terminated else self._recommend(s)
             decision = self.agent.step(s, step, reward, terminated, truncated, advice)
             if terminated or truncated:
                 return decision.iteration
-            self._mentor.record_action(s, decision.action)
+            for mentor in self._mentors:
+                mentor.record_action(s, decision.action)
             reward, s, terminated, truncated = self._moves.move(step, s, decision.action)
             step += 1
 
-    def _recommend(self, s: int) -> int:
-        """Return the recommendation in state s, -1 for none."""
+    def _recommend(self, s: int) -> tuple[int, ...]:
+        """Return the recommendation of each mentor in state s, -1 for none."""
         if not self.agent.config.needs_mentor():
-            return NO_ACTION
-        advice = self._mentor.advise(s)
-        self.advice[s] = advice
+            return self._silence
+        advice = tuple(mentor.advise(s) for mentor in self._mentors)
+        self.advice.reshape(len(advice), -1)[:, s] = advice
         return advice
 
 
 @contextmanager
-def training_in(world: World, map_name: str, mentor: AdviceBudget, config: LearnerConfig,
-                seed: int, initial: Learned | None = None,
+def training_in(world: World, map_name: str, mentors: AdviceBudget | Mentors,
+                config: LearnerConfig, seed: int, initial: Learned | None = None,
                 ) -> Generator[Training | SteppedTraining]:
     """
     Give a training in a world: compiled where it has a model, else of its environment.
@@ -103,7 +107,7 @@ def training_in(world: World, map_name: str, mentor: AdviceBudget, config: Learn
 
     """
     if world.model != 'none':
-        yield Training(world, mentor, config, seed, initial)
+        yield Training(world, mentors, config, seed, initial)
         return
     with closing(moves_of_map(map_name, seed)) as moves:
-        yield SteppedTraining(world, moves, mentor, config, seed, initial)
+        yield SteppedTraining(world, moves, mentors, config, seed, initial)

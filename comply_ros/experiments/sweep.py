@@ -15,7 +15,7 @@ from comply_ros.experiments.sweep_grid import Sweep
 from comply_ros.experiments.sweep_yaml import read_sweep, SweepFileError
 from comply_ros.experiments.training_runs import mentor_return, reference_returns_of, Run
 from comply_ros.learner.learner_config import ConfigError
-from comply_ros.mentor.mentor_policies import FROM_FILES, parse_mentor_spec
+from comply_ros.mentor.several_mentors import has_files
 from comply_ros.storage.file_system import printable, reason_of
 from comply_ros.terminal.command_line import CommandParser, whole_number
 from comply_ros.terminal.console import console, progress_bar
@@ -117,7 +117,7 @@ def finished_runs(sweep: Sweep, table: CsvTable) -> set[int]:
 def _check_returns(run: Run, texts: Mapping[str, str], place: str) -> None:
     """Raise TableError if a run of a table was with another map or mentor of the same name."""
     expected = {'map': ('optimal_return', reference_returns_of(run).optimal_return)}
-    if parse_mentor_spec(run.mentor).kind in FROM_FILES:  # others are what their names say
+    if has_files(run.mentor):  # others are what their names say
         expected['mentor'] = 'mentor_return', mentor_return(run)
     for what, (column, value) in expected.items():
         if value is not None and not isclose(float(texts[column] or 'nan'), value, rel_tol=1e-9):

@@ -31,10 +31,9 @@ from comply_ros.experiments.training_runs import (
 from comply_ros.learner.learner_config import CONFIG_FIELDS, ConfigError
 from comply_ros.learner.mentor_factory import validate_mentor
 from comply_ros.mentor.advice_budget import validate_advice_budget, validate_advising
-from comply_ros.mentor.mentor_policies import FROM_FILES
 from comply_ros.numerics.rng import SEED_LIMIT
 from comply_ros.storage.file_system import PathError
-from comply_ros.storage.mentor_cache import policy_of_file, read_mentor_spec
+from comply_ros.storage.mentor_cache import read_mentor_spec, validate_files
 from comply_ros.storage.user_files import LinedYaml, load_yaml, read_text, shown, YamlError
 from comply_ros.terminal.training_options import MISTAKES
 
@@ -236,8 +235,7 @@ def _check_together(axes: dict[str, tuple], content: LinedYaml) -> None:
             spec = read_mentor_spec(mentor)
             for world in worlds:
                 validate_mentor(spec, world)
-                if spec.kind in FROM_FILES:
-                    policy_of_file(spec, world)
+                validate_files(spec, world)
     for k, when in enumerate(axes['advising']):
         with _at(content, 'advising', k):
             for world in worlds:

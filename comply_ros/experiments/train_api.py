@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 import os
@@ -18,6 +18,8 @@ from comply_ros.experiments.stepped_training import training_in
 from comply_ros.learner.agent import IterationResult
 from comply_ros.learner.learning_result import Learned
 from comply_ros.mentor.advice_budget import AdviceBudget
+from comply_ros.mentor.best_of_mentors import mentor_returns
+from comply_ros.mentor.several_mentors import joined
 from comply_ros.storage.kernel_cache import use_kernel_cache
 from comply_ros.storage.learning_file import save_learning
 from comply_ros.storage.mentor_cache import mentor_policy
@@ -35,7 +37,7 @@ OnIteration = Callable[[IterationResult], None]
 
 
 def train(map: str | os.PathLike[str] | Source = 'maze',  # noqa: A002 - as the option is called
-          method: str = 'beta_implicit', mentor: str = 'snapshot:0.75', *,
+          method: str = 'beta_implicit', mentor: str | Sequence[str] = 'snapshot:0.75', *,
           profile: str = 'published', seed: int = 0, mentor_seed: int = 0, budget: int = 0,
           advising: str = 'early',
           initial_learning: str | os.PathLike[str] | TrainingResult | None = None,
@@ -50,12 +52,13 @@ def train(map: str | os.PathLike[str] | Source = 'maze',  # noqa: A002 - as the 
         `Table`, such as `Table.from_transitions(...)`, or a `Grid`.
     method: name of a method, such as `beta_implicit`, `explicit` or `sarsa`.
     mentor: `optimal`, `random`, `adversarial`, `noisy:P`, `snapshot:Q`, `file:PATH`,
-        `learned:FILE.npz` or `none`; with `@C` behind it, in a share C of the states only.
+        `learned:FILE.npz` or `none`; with `@C` behind it, in a share C of the states only. A list
+        for several, such as `['optimal', 'anna=noisy:0.6']`, where the second has a name.
     profile: `published` for the settings of the runs behind the figures of the report, `report`
         for those of its text.
     seed: of the random numbers of world and learner.
-    mentor_seed: which one of the mentors of this kind.
-    budget: recommendations that the mentor may give; 0 for no limit.
+    mentor_seed: which one of the mentors of this kind; each of several has the next number.
+    budget: recommendations that each mentor may give; 0 for no limit.
     advising: when a mentor with a budget gives one: `early`, `important` or `mistakes`.
     initial_learning: a result, or the path of a `learning.npz`, of the same world. The learner
         begins with its values and beliefs; schedules, counts and random numbers begin anew, so
@@ -74,7 +77,7 @@ def train(map: str | os.PathLike[str] | Source = 'maze',  # noqa: A002 - as the 
     initial = initial_learning.learned if isinstance(initial_learning, TrainingResult) \
         else initial_learning
     training = spec_training(
-        map, method, mentor, profile=profile, seed=seed, mentor_seed=mentor_seed,
+        map, method, joined(mentor), profile=profile, seed=seed, mentor_seed=mentor_seed,
         budget=budget, advising=advising, initial_learning=initial, settings=settings)
     world = World(training.source)
     reference = reference_returns(world)
@@ -94,7 +97,8 @@ class TrainingResult:
     training: what it is of.
     reference: the returns of the optimal and of the random policy in its world; None where it has
         no model.
-    advice: `advice[s]` of the mentor's policy, -1 for none.
+    advice: `advice[s]` of the mentor's policy, -1 for none; of several in rows,
+        `advice[m * n_states + s]`.
     seed: of world and learner.
     returns: mean return of each iteration.
     steps: actions taken.
@@ -140,7 +144,11 @@ class TrainingResult:
 
     @property
     def confidence(self) -> NDArray[np.float64]:
-        """Confidence `p[s]` in the mentor's advice in state s, in [0, 1]."""
+        """
+        Confidence `p[s]` in the mentor's advice in state s, in [0, 1].
+
+        Of several mentors in rows, `p[m * n_states + s]`; `learned.mentors` has their names.
+        """
         return self.learned.confidence
 
     @cached_property
@@ -166,8 +174,9 @@ class TrainingResult:
     def summary(self) -> dict[str, Any]:
         """The table that `summary.json` holds."""
         has_mentor = self.training.spec.kind != 'none'
-        mentor_return = self.reference.return_of(self.advice) if has_mentor else None
-        return summarize(self.training, self.reference, mentor_return, **self.outcome())
+        returns = mentor_returns(self.training.spec, self.reference, self.advice) \
+            if has_mentor else {}
+        return summarize(self.training, self.reference, returns, **self.outcome())
 
     def outcome(self) -> dict[str, Any]:
         """Return the numbers of this seed, as `summarize` takes them."""
@@ -214,11 +223,14 @@ def train_seed(training: TrainingSpec, reference: AnyReturns, advice: NDArray[An
     """
     Return the result of one seed; None if `stop` is set after an iteration.
 
-    reference: of the world of the training. advice: `advice[s]` of the mentor.
+    reference: of the world of the training. advice: `advice[s]` of the mentor, or of several in
+        rows.
     """
     world, config = reference.world, training.config
-    mentor = AdviceBudget(world, advice, training.budget, training.advising)
-    with training_in(world, training.map_name, mentor, config, seed, training.initial) as process:
+    rows = advice.reshape(-1, world.n_states)
+    mentors = {name: AdviceBudget(world, row, training.budget, training.advising)
+               for name, row in zip(training.spec.by_name(), rows)}
+    with training_in(world, training.map_name, mentors, config, seed, training.initial) as process:
         start, returns, steps = time.perf_counter(), [], 0
         for _ in range(config.iterations):
             iteration = process.iterate()

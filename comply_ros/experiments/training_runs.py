@@ -17,10 +17,10 @@ from comply_ros.learner.learner_config import ConfigError, LearnerConfig, with_t
 from comply_ros.learner.presets import find_method
 from comply_ros.learner.training import Training
 from comply_ros.mentor.advice_budget import AdviceBudget, validate_advice_budget
-from comply_ros.mentor.mentor_policies import FROM_FILES
+from comply_ros.mentor.best_of_mentors import mentor_returns
 from comply_ros.mentor.policy_validation import PolicyError
 from comply_ros.storage.map_files import read_world
-from comply_ros.storage.mentor_cache import mentor_policy, policy_of_file, read_mentor_spec
+from comply_ros.storage.mentor_cache import mentor_policy, read_mentor_spec, validate_files
 from comply_ros.terminal.interrupts import StopFlag
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
@@ -111,12 +111,10 @@ def validate_run(run: Run) -> None:
     """Return if a run is valid, without generating its mentor; raise a ValueError otherwise."""
     config_of(run)
     world = reference_returns_of(run).world
-    spec = read_mentor_spec(run.mentor)
-    if spec.kind in FROM_FILES:
-        try:
-            policy_of_file(spec, world)
-        except PolicyError as error:
-            raise PolicyError(f'{run.mentor.removeprefix("file:")}: {error}') from None
+    try:
+        validate_files(read_mentor_spec(run.mentor), world)
+    except PolicyError as error:
+        raise PolicyError(f'{run.mentor.removeprefix("file:")}: {error}') from None
     validate_advice_budget(run.budget, run.advising)
 
 
@@ -141,16 +139,22 @@ def reference_returns_of(run: Run) -> AnyReturns:
 
 @_cached_by('map', 'profile', 'mentor', 'mentor_seed')
 def advice_of(run: Run) -> NDArray[Any]:
-    """Return `advice[s]` of a run's mentor."""
+    """Return `advice[s]` of a run's mentor, or of several in rows."""
     world = reference_returns_of(run).world
     return mentor_policy(read_mentor_spec(run.mentor), world, run.mentor_seed)
 
 
 @_cached_by('map', 'profile', 'mentor', 'mentor_seed')
 def mentor_return(run: Run) -> float | None:
-    """Exact expected return of a run's mentor; None without one, or without a model."""
-    advice = advice_of(run)
-    return reference_returns_of(run).return_of(advice) if (advice != NO_ACTION).any() else None
+    """
+    Exact expected return of a run's mentor, of several that of the best one.
+
+    None without one, or without a model.
+    """
+    advice, reference = advice_of(run), reference_returns_of(run)
+    returns = mentor_returns(read_mentor_spec(run.mentor), reference, advice)
+    known = [each for each in returns.values() if each is not None]
+    return max(known) if known and (advice != NO_ACTION).any() else None
 
 
 def learn(run: Run, stop: StopFlag | None = None,
@@ -161,9 +165,11 @@ def learn(run: Run, stop: StopFlag | None = None,
     watches_values: whether to record how much the action values change in each iteration.
     """
     world, config, advice = reference_returns_of(run).world, config_of(run), advice_of(run)
-    mentor = AdviceBudget(world, advice, run.budget, run.advising)
+    names = read_mentor_spec(run.mentor).by_name()
+    mentors = {name: AdviceBudget(world, row, run.budget, run.advising)
+               for name, row in zip(names, advice.reshape(-1, world.n_states))}
     returns, changes, steps = [], [], 0
-    with training_in(world, run.map, mentor, config, run.seed) as training:
+    with training_in(world, run.map, mentors, config, run.seed) as training:
         for _ in range(config.iterations):
             before = training.state.q[world.available] if watches_values else None
             iteration = training.iterate()

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from comply_ros.experiments.training_runs import reference_returns_of, Run
 from comply_ros.mentor.mentor_policies import FROM_FILES, parse_mentor_spec
+from comply_ros.mentor.several_mentors import joined, split_mentors
 from comply_ros.storage.file_system import atomic_write
 from comply_ros.storage.map_name import is_path, NAV2, parse_map_name
 from comply_ros.storage.user_files import dump_yaml, load_yaml
@@ -17,6 +18,8 @@ from comply_ros.storage.user_files import dump_yaml, load_yaml
 NAV2_FILES = 'nav2', 'image'  # keys: a map file can name one of Nav2, and that names its image
 
 _lock = Lock()
+
+MENTOR_FILE = 'mentor:'  # before the name of a mentor that is from a file
 
 
 class ShippingError(ValueError):
@@ -49,15 +52,17 @@ class ShippedFile(NamedTuple):
 
 
 def files_of(run: Run) -> dict[str, NamedFile]:
-    """Return the files of a run, by the field of `Run` that names them."""
-    files, spec = {}, parse_mentor_spec(run.mentor)
+    """Return the files of a run: its map, and each mentor, with its name behind `mentor:`."""
+    files: dict[str, NamedFile] = {}
     scheme, target, _ = parse_map_name(run.map)
     if scheme == NAV2:
         files['map'] = NamedFile(target, NAV2_FILES[1:])
     elif is_path(run.map):
         files['map'] = NamedFile(run.map, NAV2_FILES)
-    if spec.kind in FROM_FILES:
-        files['mentor'] = NamedFile(spec.value)
+    for name, text in split_mentors(run.mentor).items():
+        spec = parse_mentor_spec(text)
+        if spec.kind in FROM_FILES:
+            files[f'{MENTOR_FILE}{name}'] = NamedFile(spec.value)
     return files
 
 
@@ -97,10 +102,14 @@ def unpack(run: Run, files: dict[str, ShippedFile], world: str) -> Run:
     if run.map.startswith(f'{NAV2}:'):
         _, question, arguments = run.map.partition('?')
         paths['map'] = f'{NAV2}:{paths["map"]}{question}{arguments}'
-    if 'mentor' in paths:
-        spec = parse_mentor_spec(run.mentor)
-        share = '' if spec.coverage == 1.0 else f'@{spec.coverage!r}'
-        paths['mentor'] = f'{spec.kind}:{paths["mentor"]}{share}'
+    mentors = split_mentors(run.mentor)
+    for name, text in mentors.items():
+        if path := paths.pop(f'{MENTOR_FILE}{name}', None):
+            spec = parse_mentor_spec(text)
+            share = '' if spec.coverage == 1.0 else f'@{spec.coverage!r}'
+            mentors[name] = f'{spec.kind}:{path}{share}'
+    paths['mentor'] = joined([f'{name}={text}' if name else text
+                              for name, text in mentors.items()])
     unpacked = run._replace(**paths)
     if world_of(unpacked) != world:
         raise ShippingError(f'map {run.map!r} must be the same on all machines, and this one has '

@@ -3,20 +3,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from comply_ros.learner.exploration import DRAWS
-from comply_ros.learner.learner_config import LearnerConfig
-from comply_ros.learner.learner_state import initial_state, LATER_ARRAYS, LearnerState
+from comply_ros.learner.learner_config import KernelConfig, LearnerConfig
+from comply_ros.learner.learner_state import (
+    Advice,
+    arranged_rows,
+    arranged_state,
+    Array,
+    initial_state,
+    LATER_ARRAYS,
+    LearnerState,
+    ONE_MENTOR,
+)
 from comply_ros.learner.learning_result import begin_from, Learned, learned_by
 from comply_ros.learner.learning_step import choose_and_learn
 from comply_ros.learner.reconfigure import changed_state
 from comply_ros.learner.update_rules import decay_schedules
 from comply_ros.learner.usual_outcome import finish_episode
-from comply_ros.numerics.jit import plain_view
+from comply_ros.numerics.jit import kernel, plain_view
 from comply_ros.numerics.rng import random_streams, UniformRows
 from comply_ros.numerics.summation import mean_in_order
 from comply_ros.world.grid import NO_ACTION
@@ -35,6 +45,7 @@ class IterationResult(NamedTuple):
     temperature: of the softmax in it.
     steps: actions taken in it.
     episodes: number of them.
+    confidences: of several mentors, in each over the decisions that had its advice.
 
     """
 
@@ -44,6 +55,7 @@ class IterationResult(NamedTuple):
     temperature: float
     steps: int
     episodes: int
+    confidences: tuple[float, ...] = ()
 
 
 class Decision(NamedTuple):
@@ -56,6 +68,7 @@ class Decision(NamedTuple):
     followed: whether the advice was followed.
     confidence: the probability p with which it was, 0 without advice.
     iteration: the result of the iteration that ends here, if one does.
+    mentor: whose advice it considered, by its place; -1 without advice.
 
     """
 
@@ -63,12 +76,12 @@ class Decision(NamedTuple):
     followed: bool
     confidence: float
     iteration: IterationResult | None
+    mentor: int
 
 
 # The attributes that `Agent.state_dict` holds besides the arrays of the state.
 COUNTERS = ('iterations_done', 'steps', 'finished', '_whole_episode', '_return', '_returns',
-            '_iteration_steps', '_advised', '_confidence_sum', '_last_state', '_last_action',
-            '_last_advice')
+            '_iteration_steps', '_confidences', '_last_state', '_last_action', '_last_advice')
 
 
 class Agent:
@@ -81,13 +94,15 @@ class Agent:
     seed: of its decisions.
     initial: values and beliefs that it begins with, also after a reset; None for none. Its
         schedules and random numbers begin anew: this does not continue the training before.
+    mentors: names of those whose advice it takes; the only one may have none.
 
     Attributes
     ----------
     config: as given, or as changed by `reconfigure`.
     initial: as given.
+    mentors: as given, and those that joined.
     earlier_advice: `advice[s]` received before this run, or with the initial learning; -1 where
-        none.
+        none. Of several mentors in rows, `advice[m * n_states + s]`.
     policy: `policy[s]` that it acts by while it does not learn.
     draws: the random numbers of its decisions, a row for each observation.
     state: what it has learned; set by `start`.
@@ -99,8 +114,10 @@ class Agent:
 
     state: LearnerState
 
-    def __init__(self, config: LearnerConfig, seed: int, initial: Learned | None = None) -> None:
+    def __init__(self, config: LearnerConfig, seed: int, initial: Learned | None = None,
+                 mentors: Sequence[str] = ONE_MENTOR) -> None:
         self.config, self.initial, self._seed = config, initial, seed
+        self.mentors = tuple(mentors)
         self.draws = UniformRows(random_streams(seed)[1], DRAWS)
         self.forget_last_action()
 
@@ -118,17 +135,33 @@ class Agent:
         LearningError: if the initial learning is of another world, or does not fit the settings.
 
         """
-        config, initial, unknown = self.config, self.initial, no_advice(world)
-        state = begin_from(initial, world, config) if initial else initial_state(world, config)
-        self._world, self.earlier_advice = world, initial.advice if initial else unknown
-        if initial and not config.learns:
-            self._act_by(initial.policy, initial.confidence)
+        config, initial, n_mentors = self.config, self.initial, len(self.mentors)
+        self._world = world
+        policy, confidence = no_advice(world), np.zeros(n_mentors * world.n_states)
+        self.earlier_advice = no_advice(world, n_mentors)
+        if initial:
+            names = initial.mentors, self.mentors
+            state = begin_from(initial, world, config, self.mentors)
+            self.earlier_advice = arranged_rows(initial.advice, *names, self.earlier_advice)
+            if not config.learns:
+                policy = initial.policy
+                confidence = arranged_rows(initial.confidence, *names, confidence)
         else:
-            self._act_by(no_advice(world), np.zeros(len(unknown)))
+            state = initial_state(world, config, n_mentors)
+        self._act_by(policy, confidence)
         self._use(state)
         self.iterations_done, self.steps, self.finished = 0, 0, False
         self._start_iteration()
         self._whole_episode, self._return = False, 0.0
+
+    def add_mentor(self, name: str) -> None:
+        """Take the advice of one mentor more, of whom nothing is known."""
+        before, self.mentors = self.mentors, (*self.mentors, name)
+        fresh = initial_state(self._world, self.config, len(self.mentors))
+        self.earlier_advice = np.concatenate((self.earlier_advice, no_advice(self._world)))
+        self._use(arranged_state(self.state, before, self.mentors, fresh))
+        self._confidences += [0.0] * (len(self.no_confidences()) - len(self._confidences))
+        self._last_advice = (*self._last_advice, NO_ACTION)
 
     def reset(self) -> None:
         """Return to the start, with the initial learning; the random numbers start again."""
@@ -138,7 +171,8 @@ class Agent:
 
     def forget_last_action(self) -> None:
         """Learn nothing from the next reward: the last action did not lead to it."""
-        self._last_state, self._last_action, self._last_advice = 0, NO_ACTION, NO_ACTION
+        self._last_state, self._last_action = 0, NO_ACTION
+        self._last_advice = len(self.mentors) * (NO_ACTION,)
 
     def reconfigure(self, config: LearnerConfig, advice: ArrayLike) -> None:
         """
@@ -159,12 +193,12 @@ class Agent:
         """Return what was learned, as `learned_by`; advice: `advice[s]` that it received."""
         world = self._world
         received = np.array(advice, dtype=world.action_type)
-        learned = learned_by(self.config, self.state, received, world)
+        learned = learned_by(self.config, self.state, received, world, self.mentors)
         return learned if self.config.learns else learned._replace(
             policy=self.policy, confidence=self._confidence)
 
     def step(self, s: int, step: int, reward: float, terminated: bool, truncated: bool,
-             advice: int) -> Decision:
+             advice: Sequence[int]) -> Decision:
         """
         Choose the action in state s, then learn from the reward of the last action.
 
@@ -173,18 +207,17 @@ class Agent:
         step: of the episode; at 0 an episode starts, and the reward is 0.
         reward: of the action that led to s.
         terminated, truncated: whether the episode ends here, at a goal or at the step limit.
-        advice: the mentor's action in s, -1 for none.
+        advice: `advice[m]`, the action of each mentor in s, -1 for none.
 
         """
         u_listen, u_act = self.draws.row()
         follows = step > 0 and self._last_action != NO_ACTION
-        a, p = choose_and_learn(
+        a, p, m = choose_and_learn(
             self.learns, self._last_state, self._last_action if follows else NO_ACTION,
             self._last_advice, reward, s, step, terminated, advice, u_listen, u_act,
             self.kernel_config, self._views, self._policy_view)
-        if advice != NO_ACTION and self.config.learns and not terminated:
-            self._advised += 1
-            self._confidence_sum += p
+        if m >= 0:
+            count_confidences(p, advice, self._confidences, self.kernel_config, self._views)
         if follows:
             self._return += reward
             self._iteration_steps += 1
@@ -194,9 +227,9 @@ class Agent:
             self._whole_episode = step == 0
         self._last_state, self._last_action, self._last_advice = s, a, advice
         iteration = self._finish_episode() if terminated or truncated else None
-        return Decision(a, u_listen < p, p, iteration)
+        return Decision(a, u_listen < p, p, iteration, m)
 
-    def finish_iteration(self, returns: list[float], advised: float, confidence_sum: float,
+    def finish_iteration(self, returns: list[float], confidences: Sequence[float],
                          steps: int) -> IterationResult:
         """
         Change the schedules at the end of an iteration, and return its result.
@@ -204,8 +237,8 @@ class Agent:
         Parameters
         ----------
         returns: of its episodes.
-        advised: number of its decisions with advice.
-        confidence_sum: over these decisions.
+        confidences: number of its decisions with advice, and the sum of the confidences in that
+            which counted; of several mentors, both for each of them too.
         steps: taken in it.
 
         """
@@ -215,9 +248,10 @@ class Agent:
             decay_schedules(mean, self.kernel_config, self.state)
         self.iterations_done += 1
         self.finished = self.iterations_done == self.config.iterations
-        confidence = float(confidence_sum / advised) if advised else float('nan')
+        confidence, *others = (float(total / count) if count else float('nan') for count, total
+                               in zip(confidences[::2], confidences[1::2]))
         return IterationResult(self.iterations_done, mean, confidence, temperature, steps,
-                               len(returns))
+                               len(returns), tuple(others))
 
     def state_dict(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
         """Return everything needed to continue later: values for JSON, and arrays by name."""
@@ -238,6 +272,9 @@ class Agent:
         ValueError: if an array has another shape than that of this world and these settings.
 
         """
+        if 'confidences' not in values:  # in checkpoints of before
+            values = {**values, 'confidences': [values['advised'], values['confidence_sum']],
+                      'last_advice': [values['last_advice']]}
         for name in COUNTERS:
             setattr(self, name, values[name.lstrip('_')])
         self.draws.skip_to(values['observations'])
@@ -247,13 +284,14 @@ class Agent:
             if saved.shape != array.shape:
                 raise ValueError(f'{name} must have the shape {array.shape}, got {saved.shape}')
             array[...] = saved
-        self.earlier_advice = arrays.get('earlier_advice', no_advice(self._world))
+        self.earlier_advice = arrays.get('earlier_advice',
+                                         no_advice(self._world, len(self.mentors)))
         if not self.config.learns:
             self._act_by(arrays['policy'], arrays['policy_confidence'])
 
     def _use(self, state: LearnerState) -> None:
         self.state, self._views = state, state.views()
-        self.kernel_config = self.config.for_kernels(self._world.n_actions)
+        self.kernel_config = self.config.for_kernels(self._world.n_actions, len(self.mentors))
 
     def _act_by(self, policy: NDArray[Any], confidence: NDArray[np.float64]) -> None:
         """Act by `policy[s]`, made with this confidence, while it does not learn."""
@@ -262,7 +300,12 @@ class Agent:
 
     def _start_iteration(self) -> None:
         self._returns: list[float] = []
-        self._advised, self._confidence_sum, self._iteration_steps = 0, 0.0, 0
+        self._confidences, self._iteration_steps = self.no_confidences(), 0
+
+    def no_confidences(self) -> list[float]:
+        """Return the counts and sums of an iteration before its first decision."""
+        others = len(self.mentors) if len(self.mentors) > 1 else 0
+        return [0.0, 0.0] * (1 + others)
 
     def _abandon_episode(self) -> None:
         """End what led here; unless this is the start of an episode, it does not count."""
@@ -275,12 +318,28 @@ class Agent:
             self._returns.append(self._return)
         if len(self._returns) < self.config.episodes:
             return None
-        result = self.finish_iteration(self._returns, self._advised, self._confidence_sum,
-                                       self._iteration_steps)
+        result = self.finish_iteration(self._returns, self._confidences, self._iteration_steps)
         self._start_iteration()
         return result
 
 
-def no_advice(world: World) -> NDArray[Any]:
-    """Return `advice[s]` of nobody: -1 in every state."""
-    return np.full(world.n_states, NO_ACTION, dtype=world.action_type)
+def no_advice(world: World, n_mentors: int = 1) -> NDArray[Any]:
+    """Return `advice[s]` of nobody: -1 in every state, for each mentor."""
+    return np.full(n_mentors * world.n_states, NO_ACTION, dtype=world.action_type)
+
+
+@kernel
+def count_confidences(p: float, advice: Advice, confidences: Array, config: KernelConfig,
+                      state: LearnerState) -> None:
+    """
+    Change confidences, as `Agent.finish_iteration` takes them, by a decision with advice.
+
+    p: in the advice that counted. advice: `advice[m]`, -1 for none.
+    """
+    confidences[0] += 1.0
+    confidences[1] += p
+    if len(config.mentors) > 1:
+        for m in range(len(config.mentors)):
+            if advice[m] >= 0:
+                confidences[2 + 2 * m] += 1.0
+                confidences[3 + 2 * m] += state.confidences[m]

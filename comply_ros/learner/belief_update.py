@@ -8,27 +8,32 @@ from comply_ros.numerics.jit import kernel
 
 
 @kernel
-def update_belief(s: int, a: int, advice: int, delta: float, config: KernelConfig,
+def update_belief(s: int, a: int, m: int, advice: int, delta: float, config: KernelConfig,
                   state: LearnerState) -> None:
     """
-    Change belief[s] and the pool after a step with action a in state s: (4.2), (3.12).
+    Change the belief in mentor m and its pool after a step with action a in state s.
 
-    delta: what the step earned beyond q[s, advice] (3.8), from q before its update; `state.q` is
-        the updated one.
+    By (4.2) or (3.12).
+
+    Parameters
+    ----------
+    advice: of this mentor in s.
+    delta: what the step earned beyond q[s, advice] (3.8), from q before its update. The values of
+        listening and discarding are updated from `state.q` as it is.
 
     """
-    belief = state.belief
-    listen, discard = belief[s, LISTEN], belief[s, DISCARD]
+    belief, row = state.belief, m * len(state.departures) + s
+    listen, discard = belief[row, LISTEN], belief[row, DISCARD]
     if config.trust == BETA:
-        update_beta(s, a == advice, delta, state.trust_rate[0], config, belief)
+        update_beta(row, a == advice, delta, state.trust_rate[0], config, belief)
     else:
-        update_listening_values(s, a, advice, config, state.q, belief)
-    if belief[s, IN_POOL] == 0.0:  # the whole belief is new to the pool
-        belief[s, IN_POOL] = 1.0
-        state.pool_size[0] += 1.0
+        update_listening_values(s, row, a, advice, config, state.q, belief)
+    if belief[row, IN_POOL] == 0.0:  # the whole belief is new to the pool
+        belief[row, IN_POOL] = 1.0
+        state.pool_size[m] += 1.0
         listen, discard = 0.0, 0.0
-    state.pool_listen[0] += belief[s, LISTEN] - listen
-    state.pool_discard[0] += belief[s, DISCARD] - discard
+    state.pool_listen[m] += belief[row, LISTEN] - listen
+    state.pool_discard[m] += belief[row, DISCARD] - discard
 
 
 @kernel
@@ -47,14 +52,14 @@ def beta_mean(alpha: float, beta: float) -> float:
 
 
 @kernel
-def update_beta(s: int, listened: bool, delta: float, rate: float, config: KernelConfig,
+def update_beta(row: int, listened: bool, delta: float, rate: float, config: KernelConfig,
                 belief: Array) -> None:
     """
-    Change belief[s]: alpha where the mentor's action was taken, beta where not (4.2).
+    Change belief[row]: alpha where the mentor's action was taken, beta where not (4.2).
 
     rate: the gamma of (4.2). A belief with alpha + beta <= 0 stays as it is.
     """
-    alpha, beta = belief[s, LISTEN], belief[s, DISCARD]
+    alpha, beta = belief[row, LISTEN], belief[row, DISCARD]
     if alpha + beta <= 0.0:
         return
     if config.sign_only:
@@ -65,31 +70,31 @@ def update_beta(s: int, listened: bool, delta: float, rate: float, config: Kerne
         beta += rate * alpha / (alpha + beta) * delta
     if config.bounded_belief:
         alpha, beta = max(alpha, 0.0), max(beta, 0.0)
-    belief[s, LISTEN], belief[s, DISCARD] = alpha, beta
+    belief[row, LISTEN], belief[row, DISCARD] = alpha, beta
 
 
 @kernel
-def update_listening_values(s: int, a: int, advice: int, config: KernelConfig, q: Array,
+def update_listening_values(s: int, row: int, a: int, advice: int, config: KernelConfig, q: Array,
                             belief: Array) -> None:
-    """Change belief[s]: the values of listening and of discarding (3.12)."""
+    """Change belief[row]: the values of listening and of discarding in state s (3.12)."""
     old, new = 1.0 - config.trust_rate, config.trust_rate
     if a == advice or config.updates_both:
-        belief[s, LISTEN] = old * belief[s, LISTEN] + new * q[s, advice]
+        belief[row, LISTEN] = old * belief[row, LISTEN] + new * q[s, advice]
     if a != advice or config.updates_both:
         best = max_q_except(s, advice, q, config.actions)
         if best > NOTHING:  # a dead end has no other action
-            belief[s, DISCARD] = old * belief[s, DISCARD] + new * best
+            belief[row, DISCARD] = old * belief[row, DISCARD] + new * best
 
 
 @kernel
-def pooled_belief(config: KernelConfig, state: LearnerState) -> tuple[float, float]:
+def pooled_belief(m: int, config: KernelConfig, state: LearnerState) -> tuple[float, float]:
     """
-    First belief in a state: as strong as the prior, with the mean of all states in the pool.
+    First belief in mentor m in a state: as strong as the prior, with the mean of its pool.
 
     Empirical Bayes (section 5.3): the mean over the states left and the prior itself.
     """
-    listen = state.pool_listen[0] / state.pool_size[0]
-    discard = state.pool_discard[0] / state.pool_size[0]
+    listen = state.pool_listen[m] / state.pool_size[m]
+    discard = state.pool_discard[m] / state.pool_size[m]
     if config.trust != BETA:
         return listen, discard
     share = beta_mean(listen, discard)

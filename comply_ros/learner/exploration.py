@@ -3,9 +3,13 @@
 
 import math
 
-from comply_ros.learner.confidence import confidence, exploration_probability
-from comply_ros.learner.learner_config import HEAD_START, KernelConfig, NO_TRUST
-from comply_ros.learner.learner_state import Array, LearnerState
+from comply_ros.learner.confidence import (
+    exploration_probability,
+    most_trusted_mentor,
+    shaped_weight,
+)
+from comply_ros.learner.learner_config import HEAD_START, KernelConfig, NO_TRUST, SHAPING
+from comply_ros.learner.learner_state import Advice, Array, LearnerState
 from comply_ros.learner.model_exploration import model_action
 from comply_ros.numerics.action_values import (
     Actions,
@@ -21,40 +25,68 @@ DRAWS = 2  # uniforms for each observation: one to listen or not, one for the ow
 
 
 @kernel
-def choose(s: int, advice: int, step: int, u_listen: float, u_act: float,
-           config: KernelConfig, state: LearnerState) -> tuple[int, float]:
+def choose(s: int, advice: Advice, step: int, u_listen: float, u_act: float,
+           config: KernelConfig, state: LearnerState) -> tuple[int, float, int]:
     """
-    Return the action in state s, and the confidence p in the advice: (3.2), (3.7).
+    Return the action in state s, the confidence p in the advice, and whose it is: (3.2), (3.7).
 
-    The advice is followed where u_listen < p. Otherwise the softmax (2.24) decides, or the best
-    action and chance (epsilon-greedy); with a head start, an action never tried or the best one;
-    with a model, see `model_action`.
+    The advice that counts (see `most_trusted_mentor`) is followed where u_listen < p. Otherwise
+    the softmax (2.24) decides, or the best action and chance (epsilon-greedy); with a head start,
+    an action never tried or the best one; with a model, see `model_action`.
 
     Parameters
     ----------
-    advice: the mentor's action, -1 for none (then p is 0).
+    advice: `advice[m]`, -1 for none; without any, p is 0 and the mentor -1.
     step: of the episode, from 0.
     u_listen, u_act: uniform in [0, 1).
 
     """
-    p = 0.0
-    if advice >= 0 and config.trust != NO_TRUST:
-        p = confidence(s, advice, step, config, state)
+    m, p = -1, 0.0
+    if config.trust != NO_TRUST:
+        m, p = most_trusted_mentor(s, advice, step, config, state)
     if u_listen < p:
-        return advice, p
+        return advice[m], p, m
+    return own_action(s, m, advice, u_listen, u_act, config, state), p, m
+
+
+@kernel
+def own_action(s: int, m: int, advice: Advice, u_listen: float, u_act: float,
+               config: KernelConfig, state: LearnerState) -> int:
+    """Return the action in state s where the advice of mentor m (-1: none) is not followed."""
     if len(config.has_model) > 0:
-        heard = advice if config.trust != NO_TRUST else -1
-        return model_action(s, heard, u_listen, u_act, config, state), p
+        return model_action(s, advice, u_listen, u_act, config, state)
     if config.trust == HEAD_START:
         explores = u_listen >= 1.0 - exploration_probability(advice, config, state)
         return greedy_or_untried_action(
-            s, explores, u_act, state.q, state.visits, config.actions), p
-    excluded = advice if config.excludes_refused and config.trust != NO_TRUST else -1
+            s, explores, u_act, state.q, state.visits, config.actions)
+    excluded = advice[m] if config.excludes_refused and m >= 0 else -1
     if config.epsilon > 0.0:
         return epsilon_greedy_action(
-            s, excluded, u_act, config.epsilon, state.q, config.actions), p
-    return softmax_action(
-        s, excluded, u_act, state.temperature[0], state.q, config.actions), p
+            s, excluded, u_act, config.epsilon, state.q, config.actions)
+    if len(config.mentors) > 1 and config.trust == SHAPING and m >= 0:
+        return shaped_action(s, excluded, u_act, advice, config, state)
+    return softmax_action(s, excluded, u_act, state.temperature[0], state.q, config.actions)
+
+
+@kernel
+def shaped_action(s: int, excluded: int, u: float, advice: Advice, config: KernelConfig,
+                  state: LearnerState) -> int:
+    """Draw an action of state s, without the excluded one, in proportion to `shaped_weight`."""
+    best, total, last = max_q_except(s, excluded, state.q, config.actions), 0.0, excluded
+    if best == NOTHING:
+        return excluded
+    for a in range(count_actions(config.actions)):
+        if a != excluded:
+            total += shaped_weight(s, a, best, advice, config, state)
+    x = u * total
+    for a in range(count_actions(config.actions)):
+        weight = 0.0 if a == excluded else shaped_weight(s, a, best, advice, config, state)
+        if weight > 0.0:
+            last = a
+            if x < weight:
+                return a
+            x -= weight
+    return last  # rounded, x may stay above what is left
 
 
 @kernel

@@ -189,18 +189,19 @@ class LearnerConfig:
             raise ConfigError('belief_listen and belief_discard must be above 0 where trust is '
                               f'beta, got {self.belief_listen} and {self.belief_discard}')
 
-    def for_kernels(self, n_actions: int) -> KernelConfig:
+    def for_kernels(self, n_actions: int, n_mentors: int = 1) -> KernelConfig:
         """
         Return the fields as a tuple for kernels, with `trust` as its index in TRUSTS.
 
         n_actions: of the world; the field `actions` has it, see `actions_for_kernels`. The field
-            `has_model` has one element with a model and none without: a length that the compiler
-            knows, so that each has machine code of its own.
+            `has_model` has one element with a model and none without, and `mentors` one for each
+            mentor: lengths that the compiler knows, so that each has machine code of its own.
         """
         values = {name: getattr(self, name) for name in CONFIG_FIELDS}
         return KernelConfig(**{**values, 'trust': TRUSTS.index(self.trust)},
                             actions=actions_for_kernels(n_actions),
-                            has_model=(1,) if self.learns_model else ())
+                            has_model=(1,) if self.learns_model else (),
+                            mentors=n_mentors * (1,))
 
     def needs_mentor(self) -> bool:
         """Tell whether a decision waits for a recommendation."""
@@ -219,7 +220,7 @@ class LearnerConfig:
 
 
 CONFIG_FIELDS = {each.name: each for each in fields(LearnerConfig)}
-KernelConfig: Any = namedtuple('KernelConfig', (*CONFIG_FIELDS, 'actions', 'has_model'))
+KernelConfig: Any = namedtuple('KernelConfig', (*CONFIG_FIELDS, 'actions', 'has_model', 'mentors'))
 TYPES = {'bool': bool, 'int': int, 'float': float, 'str': str}  # as the fields are annotated
 PARSERS: dict[type, Callable[[str], Any]] = {
     bool: lambda text: {'true': True, 'false': False}[text.lower()], int: read_integer,

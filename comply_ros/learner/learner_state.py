@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 import hashlib
 from typing import Any, NamedTuple
 
@@ -13,12 +14,17 @@ from comply_ros.learner.learner_config import LearnerConfig
 from comply_ros.numerics.jit import plain_view
 from comply_ros.world.mdp import World
 
+ONE_MENTOR = ('',)  # the names of the mentors, where there is one without a name
+# Arrays with rows for each mentor.
+OF_MENTORS = ('belief', 'advised', 'advice_agreed', 'advice_seen', 'pool_size', 'pool_listen',
+              'pool_discard')
 LISTEN, DISCARD, IN_POOL = range(3)  # belief[s, ...]
 HITS, TRIALS, LARGEST_REWARD, SCALE = range(4)  # pooled[...]
 OUTCOMES, PREDECESSORS = 8, 16  # that a model keeps of each action, and of each state
 
 # In a node the fields are memoryviews of the arrays: single elements come three times as fast.
 Array = NDArray[Any]
+Advice = Sequence[int] | NDArray[Any]  # `advice[m]` of mentor m, -1 for none
 
 
 class LearnerState(NamedTuple):
@@ -33,15 +39,19 @@ class LearnerState(NamedTuple):
     q: `q[s, a]`, action values; -inf where the state does not have the action.
     visits: `visits[s, a]`, the c of the learning rate (2.26), from 1 upwards.
     belief: `belief[s, LISTEN]` and `belief[s, DISCARD]`: alpha and beta of (3.7), or the two
-        values of (3.10); `belief[s, IN_POOL]`: 1 if the state is in the pool of the prior.
+        values of (3.10); `belief[s, IN_POOL]`: 1 if the state is in the pool of the prior. Of
+        mentor m in row `m * n_states + s`.
     departures: `departures[s]`, 1 + the number of actions taken in s.
     scheduled_confidence: the confidence p of scheduled trust (3.6).
     temperature: of the softmax (2.25).
     trust_rate: the rate gamma of (4.2).
     guided_stage: how many times a jump start was shortened.
     best_return: the best mean return of an iteration.
-    advice_agreed, advice_seen: how often the advice was the best action, of how many times.
-    pool_size, pool_listen, pool_discard: number of beliefs in the pool of the prior, and sums.
+    advice_agreed, advice_seen: how often the advice was the best action, of how many times; of
+        each mentor.
+    pool_size, pool_listen, pool_discard: number of beliefs in the pool of the prior, and sums; of
+        each mentor.
+    confidences: `confidences[m]` in each of several mentors at the last decision.
     traces: `traces[s, a]`, eligibility (2.20); or `traces[s, 0]`, visited in this episode.
     trail: int64: the number of traces above 0, then `n_actions * s + a` of each.
     outcomes: `outcomes[s, a]`: mean reward, most frequent successor, its votes.
@@ -52,7 +62,7 @@ class LearnerState(NamedTuple):
         largest reward, and the largest absolute value of a reward.
     values: `values[s]`, of the best action.
     potential: `potential[s, a]`: probability of trying an action that may be better than it looks.
-    advised: int64: `advised[s]`, the newest advice, -1 for none.
+    advised: int64: `advised[s]`, the newest advice, -1 for none; rows as of `belief`.
     predecessors: int64: `predecessors[s]`: a number of states that lead to s, then these states.
     queue: int64: where the first state that waits for a backup is, and how many wait; then a ring
         of states.
@@ -88,6 +98,7 @@ class LearnerState(NamedTuple):
     queue: Array
     queued: Array
     workspace: Array
+    confidences: Array
 
     def views(self) -> LearnerState:
         """Return memoryviews of the same arrays, for kernels that run as plain Python."""
@@ -101,7 +112,7 @@ class LearnerState(NamedTuple):
         return sha.hexdigest()
 
 
-def initial_state(world: World, config: LearnerConfig) -> LearnerState:
+def initial_state(world: World, config: LearnerConfig, n_mentors: int = 1) -> LearnerState:
     """State of a learner that has not seen anything of the world yet."""
     states, n_actions = world.n_states, world.n_actions
     leaves_traces = config.trace_decay > 0 or config.replays or config.learns_model
@@ -110,30 +121,58 @@ def initial_state(world: World, config: LearnerConfig) -> LearnerState:
 
     def scalar(value: float) -> Array:
         return np.array([value])
+
+    def of_each_mentor(value: float) -> Array:
+        return np.full(n_mentors, value)
     return LearnerState(
         q=np.where(world.available, config.initial_value, -np.inf),
         visits=np.ones((states, n_actions)),
-        belief=np.tile(np.array((*first_belief, 0.0)), (states, 1)),
+        belief=np.tile(np.array((*first_belief, 0.0)), (n_mentors * states, 1)),
         departures=np.ones(states),
         scheduled_confidence=scalar(config.confidence), temperature=scalar(config.temperature),
         trust_rate=scalar(config.trust_rate),
         guided_stage=scalar(0.0), best_return=scalar(-np.inf),
-        advice_agreed=scalar(1.0), advice_seen=scalar(1.0),
-        pool_size=scalar(1.0), pool_listen=scalar(first_belief[0]),
-        pool_discard=scalar(first_belief[1]),
+        advice_agreed=of_each_mentor(1.0), advice_seen=of_each_mentor(1.0),
+        pool_size=of_each_mentor(1.0), pool_listen=of_each_mentor(first_belief[0]),
+        pool_discard=of_each_mentor(first_belief[1]),
         traces=np.zeros((traced, n_actions)),
         trail=np.zeros(1 + n_actions * traced, dtype=np.int64),
         outcomes=np.zeros((states if config.replays else 0, n_actions, 3)),
         half_difference=np.zeros((states, n_actions)) if config.doubles else NO_DIFFERENCE,
-        **(_model_arrays(states, n_actions) if config.learns_model else NO_MODEL))
+        confidences=np.zeros(n_mentors) if n_mentors > 1 else NO_CONFIDENCES,
+        **(_model_arrays(states, n_actions, n_mentors) if config.learns_model else NO_MODEL))
 
 
-def _model_arrays(states: int, n_actions: int) -> dict[str, Array]:
+def arranged_state(state: LearnerState, before: Sequence[str], after: Sequence[str],
+                   fresh: LearnerState) -> LearnerState:
+    """
+    Return what was learned with the mentors `before`, for a learner with the mentors `after`.
+
+    A mentor keeps what was learned of it, by its name; of any other one it is as in `fresh`, the
+    state of a learner with the mentors `after` that has not seen anything.
+    """
+    return state._replace(confidences=fresh.confidences, **{
+        name: arranged_rows(getattr(state, name), before, after, getattr(fresh, name))
+        for name in OF_MENTORS})
+
+
+def arranged_rows(array: Array, before: Sequence[str], after: Sequence[str],
+                  fresh: Array) -> Array:
+    """Return an array with as many rows for each mentor, in another order: `arranged_state`."""
+    found, length = fresh.copy(), len(fresh) // len(after)
+    for m, mentor in enumerate(after):
+        if mentor in before:
+            start = before.index(mentor) * length
+            found[m * length:(m + 1) * length] = array[start:start + length]
+    return found
+
+
+def _model_arrays(states: int, n_actions: int, n_mentors: int) -> dict[str, Array]:
     """Return the arrays of a learner with a model that has not seen anything yet."""
     return {
         'model': np.zeros((states, n_actions, OUTCOMES, 3)), 'pooled': np.zeros(4),
         'values': np.zeros(states), 'potential': np.zeros((states, n_actions)),
-        'advised': np.full(states, -1),
+        'advised': np.full(n_mentors * states, -1),
         'predecessors': np.zeros((states, 1 + PREDECESSORS), dtype=np.int64),
         'queue': np.zeros(2 + states, dtype=np.int64),
         'queued': np.zeros(states, dtype=np.int64), 'workspace': np.zeros((n_actions, 5))}
@@ -142,7 +181,7 @@ def _model_arrays(states: int, n_actions: int) -> dict[str, Array]:
 # The same arrays of any other learner.
 NO_MODEL: dict[str, Array] = {
     name: np.zeros(array.ndim * (0,), dtype=array.dtype)
-    for name, array in _model_arrays(0, 0).items()}
-NO_DIFFERENCE = np.zeros((0, 0))
+    for name, array in _model_arrays(0, 0, 1).items()}
+NO_DIFFERENCE, NO_CONFIDENCES = np.zeros((0, 0)), np.zeros(0)
 # Arrays that came later: what was saved before has none of them.
-LATER_ARRAYS = {**NO_MODEL, 'half_difference': NO_DIFFERENCE}
+LATER_ARRAYS = {**NO_MODEL, 'half_difference': NO_DIFFERENCE, 'confidences': NO_CONFIDENCES}

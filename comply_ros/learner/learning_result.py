@@ -3,14 +3,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from comply_ros.learner.confidence import confidence_map
+from comply_ros.learner.confidence import confidence_map, trusted_advice
 from comply_ros.learner.learner_config import LearnerConfig
-from comply_ros.learner.learner_state import initial_state, LearnerState, PREDECESSORS
+from comply_ros.learner.learner_state import (
+    arranged_state,
+    initial_state,
+    LearnerState,
+    ONE_MENTOR,
+    PREDECESSORS,
+)
 from comply_ros.learner.reconfigure import changed_state
 from comply_ros.mentor.policy_validation import PolicyError, validate_policy
 from comply_ros.world.grid import NO_ACTION
@@ -38,10 +45,12 @@ class Learned(NamedTuple):
     world: SHA-256 of the world.
     config: the settings that it learned with.
     state: its arrays.
-    advice: `advice[s]` that it received, the newest one; -1 where none.
+    advice: `advice[s]` that it received, the newest one; -1 where none. Of several mentors in
+        rows, `advice[m * n_states + s]`.
     policy: `policy[s]`, what it would do if it stopped exploring; -1 where any action is taken.
-    confidence: `p[s]` at the first step of an episode.
+    confidence: `p[s]` at the first step of an episode, in the advice in the same rows.
     source: where it is from, for messages.
+    mentors: their names; the only one may have none.
 
     """
 
@@ -52,6 +61,7 @@ class Learned(NamedTuple):
     policy: Actions
     confidence: NDArray[np.float64]
     source: str = 'a learner of this process'
+    mentors: tuple[str, ...] = ONE_MENTOR
 
     def validate(self, world: World) -> None:
         """
@@ -72,13 +82,15 @@ class Learned(NamedTuple):
             raise LearningError(f'{self.source} must hold what was learned, but {error}') from None
 
     def _validate_arrays(self, world: World) -> None:
-        for name, usual in initial_state(world, self.config)._asdict().items():
+        count = len(self.mentors)
+        for name, usual in initial_state(world, self.config, count)._asdict().items():
             _validate_type(name, getattr(self.state, name), usual)
-        _validate_type('confidence', self.confidence, np.zeros(len(world.free)))
-        no_advice = np.zeros(world.n_states, dtype=world.action_type)
-        for name in ('advice', 'policy'):
-            _validate_type(name, getattr(self, name), no_advice)
-            validate_policy(getattr(self, name), world)
+        _validate_type('confidence', self.confidence, np.zeros(count * world.n_states))
+        for name, rows in (('advice', count), ('policy', 1)):
+            actions = np.zeros(rows * world.n_states, dtype=world.action_type)
+            _validate_type(name, getattr(self, name), actions)
+            for policy in getattr(self, name).reshape(rows, -1):
+                validate_policy(policy, world)
         state, states = self.state, len(world.free)
         successor, modelled = state.outcomes[..., 1], state.model[..., 1:2]
         counts, before = state.model[..., :1], state.predecessors
@@ -139,10 +151,11 @@ def learned_policy(config: LearnerConfig, state: LearnerState, advice: Actions,
 
     Parameters
     ----------
-    advice: `advice[s]` that it received, -1 where none.
+    advice: `advice[s]` that it received, -1 where none; of several mentors in rows.
     confidence: `p[s]` in this advice.
 
     """
+    advice, confidence = trusted_advice(config, state, advice, confidence)
     policy = np.full(world.n_states, NO_ACTION, dtype=world.action_type)
     left = np.flatnonzero((state.departures > 1.0) & world.free)  # in a large world, few
     tried = state.visits[left] > 1.0
@@ -154,17 +167,20 @@ def learned_policy(config: LearnerConfig, state: LearnerState, advice: Actions,
     return policy
 
 
-def learned_by(config: LearnerConfig, state: LearnerState, advice: Actions,
-               world: World) -> Learned:
+def learned_by(config: LearnerConfig, state: LearnerState, advice: Actions, world: World,
+               mentors: tuple[str, ...] = ONE_MENTOR) -> Learned:
     """Return what a learner has learned; its arrays are not copied. advice: as it received it."""
     confidence = confidence_map(config, state, advice)
-    return Learned(world.sha256, config, state, advice,
-                   learned_policy(config, state, advice, confidence, world), confidence)
+    policy = learned_policy(config, state, advice, confidence, world)
+    return Learned(world.sha256, config, state, advice, policy, confidence, mentors=mentors)
 
 
-def begin_from(learned: Learned, world: World, config: LearnerConfig) -> LearnerState:
+def begin_from(learned: Learned, world: World, config: LearnerConfig,
+               mentors: Sequence[str] = ONE_MENTOR) -> LearnerState:
     """
     State of a learner that begins with the values and beliefs of another one.
+
+    What was learned of a mentor counts for that with the same name.
 
     Schedules begin anew. With another kind of trust, the beliefs do so too.
 
@@ -179,6 +195,7 @@ def begin_from(learned: Learned, world: World, config: LearnerConfig) -> Learner
         if getattr(config, name) and not getattr(learned.config, name):
             raise LearningError(f'{learned.source} must be of a learner with {name} true, as this '
                                 f'one is, got one with {name} false')
-    fresh = initial_state(world, config)
+    fresh = initial_state(world, config, len(mentors))
     state = changed_state(learned.state, world, learned.config, config)
+    state = arranged_state(state, learned.mentors, mentors, fresh)
     return state._replace(**{name: getattr(fresh, name) for name in STARTS_ANEW})

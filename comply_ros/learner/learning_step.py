@@ -6,21 +6,22 @@ from __future__ import annotations
 from comply_ros.learner.confidence import apply_advice_prior
 from comply_ros.learner.exploration import choose, policy_action
 from comply_ros.learner.learner_config import KernelConfig
-from comply_ros.learner.learner_state import Array, LearnerState
+from comply_ros.learner.learner_state import Advice, Array, LearnerState
 from comply_ros.learner.update_rules import learn
 from comply_ros.numerics.jit import kernel
 from comply_ros.world.grid import NO_ACTION
 
 
 @kernel
-def choose_and_learn(learns: bool, last_s: int, last_a: int, last_advice: int, r: float, s: int,
-                     step: int, terminated: bool, advice: int, u_listen: float, u_act: float,
+def choose_and_learn(learns: bool, last_s: int, last_a: int, last_advice: Advice, r: float, s: int,
+                     step: int, terminated: bool, advice: Advice, u_listen: float, u_act: float,
                      config: KernelConfig, state: LearnerState,
-                     policy: Array) -> tuple[int, float]:
+                     policy: Array) -> tuple[int, float, int]:
     """
-    Change the state by one transition; return the action in state s, and the confidence in it.
+    Change the state by one transition; return the action in state s, the confidence, the mentor.
 
-    The action is -1 where the episode has ended; the confidence is 0 without advice.
+    The action is -1 where the episode has ended; without advice, the confidence in it is 0, and
+    the mentor that it is from -1.
 
     Parameters
     ----------
@@ -29,18 +30,18 @@ def choose_and_learn(learns: bool, last_s: int, last_a: int, last_advice: int, r
     r: reward of that action.
     step: of the episode, from 0.
     terminated: s is terminal and has the value 0.
-    advice: the mentor's action in s, -1 for none.
+    advice: `advice[m]`, the action of each mentor in s, -1 for none.
     u_listen, u_act: uniform in [0, 1).
     policy: `policy[s]` of a learner that does not learn.
 
     """
-    a, p = NO_ACTION, 0.0
+    a, p, m = NO_ACTION, 0.0, -1
     if not terminated and not config.learns:
         a = policy_action(s, u_act, policy, state.q, config.actions)
     elif not terminated:
         if learns:
             apply_advice_prior(s, advice, config, state)
-        a, p = choose(s, advice, step, u_listen, u_act, config, state)
+        a, p, m = choose(s, advice, step, u_listen, u_act, config, state)
     if learns and last_a != NO_ACTION:
         learn(last_s, last_a, r, s, a, terminated, last_advice, u_listen, config, state)
-    return a, p
+    return a, p, m

@@ -64,11 +64,12 @@ def validate_mentor(spec: MentorSpec, world: World) -> None:
     MentorError: for a mentor that must plan, in a world without a model.
 
     """
-    if world.model == 'none' and spec.kind not in (*UNPLANNED, *FROM_FILES):
-        raise MentorError(
-            f'a mentor of the kind {spec.kind!r} must plan, and nobody knows what an action leads '
-            'to in a world without a model: use one from a file (file:PATH), from a training '
-            '(learned:FILE.npz), random, none, a person, or a node of your own')
+    for each in spec.by_name().values():
+        if world.model == 'none' and each.kind not in (*UNPLANNED, *FROM_FILES):
+            raise MentorError(
+                f'a mentor of the kind {each.kind!r} must plan, and nobody knows what an action '
+                'leads to in a world without a model: use one from a file (file:PATH), from a '
+                'training (learned:FILE.npz), random, none, a person, or a node of your own')
 
 
 def snapshot_policy(world: World, level: float, seed: int,

@@ -12,9 +12,11 @@ from comply_ros.learner.learner_state import (
     SCALE,
     TRIALS,
 )
+from comply_ros.numerics.action_values import count_actions, NOTHING
 from comply_ros.numerics.jit import kernel
 
 TRUSTED_UNTRIED = 0.3  # share of the largest reward that is expected where a mentor is trusted
+MOST_SURE = 0.98  # of several mentors, none counts as more often right than this
 UNPROVED = 0.1  # pieces of advice taken for wrong before any was proved, where spread is 1
 ADVICE_BONUS = 0.03  # of the largest reward: what advice adds to an action never tried
 
@@ -33,23 +35,61 @@ def outcome_spread(pooled: Array) -> float:
 
 
 @kernel
-def record_of(state: LearnerState) -> float:
-    """Share rho of advice that proved good; 1 before any was put to the proof."""
-    return state.advice_agreed[0] / state.advice_seen[0]
+def record_of(m: int, state: LearnerState) -> float:
+    """Share rho of advice of mentor m that proved good; 1 before any was put to the proof."""
+    return state.advice_agreed[m] / state.advice_seen[m]
 
 
 @kernel
-def doubt_of(state: LearnerState) -> float:
-    """Share of advice that may be wrong: 1 - rho, and more as long as little was proved."""
+def doubt_of(m: int, state: LearnerState) -> float:
+    """Share of advice of mentor m that may be wrong: 1 - rho, more while little was proved."""
     unproved = UNPROVED * outcome_spread(state.pooled)
-    return 1.0 - state.advice_agreed[0] / (state.advice_seen[0] + unproved)
+    return 1.0 - state.advice_agreed[m] / (state.advice_seen[m] + unproved)
 
 
 @kernel
-def credence(state: LearnerState) -> float:
-    """Credit of a mentor with the record rho: max(0, 2 rho - 1)^2, so 0 for one half and less."""
-    lead = max(0.0, 2.0 * record_of(state) - 1.0)
+def credence(m: int, state: LearnerState) -> float:
+    """Credit of mentor m with the record rho: max(0, 2 rho - 1)^2, so 0 for one half and less."""
+    lead = max(0.0, 2.0 * record_of(m, state) - 1.0)
     return lead * lead
+
+
+@kernel
+def share_of_advice(s: int, a: int, config: KernelConfig, state: LearnerState) -> float:
+    """
+    Probability that action a of state s is the right one, for all that mentors said and proved.
+
+    Bayes' rule, as if mentors were right independently of each other: each with the probability
+    of its record rho, and else with all other actions equally likely. With one mentor, rho where
+    it advises a.
+    """
+    states, mine, total, have = len(state.departures), 0.0, 0.0, 0.0
+    for b in range(count_actions(config.actions)):
+        have += 1.0 if state.q[s, b] > NOTHING else 0.0
+    for b in range(count_actions(config.actions)):
+        if state.q[s, b] > NOTHING:
+            weight = 1.0
+            for m in range(len(config.mentors)):
+                advised = state.advised[m * states + s]
+                if advised >= 0:
+                    rho = min(record_of(m, state), MOST_SURE)
+                    weight *= rho if advised == b else (1.0 - rho) / max(have - 1.0, 1.0)
+            total += weight
+            mine = weight if b == a else mine
+    return mine / total if total > 0.0 else 0.0
+
+
+@kernel
+def credit(s: int, m: int, a: int, config: KernelConfig, state: LearnerState) -> float:
+    """
+    Credit of advice a of mentor m in state s: `credence`, or more where other mentors agree.
+
+    Then it is max(0, 2 P - 1)^2, with the P of `share_of_advice` in the place of the record.
+    """
+    if len(config.mentors) == 1:
+        return credence(m, state)
+    lead = max(0.0, 2.0 * share_of_advice(s, a, config, state) - 1.0)
+    return max(lead * lead, credence(m, state))
 
 
 @kernel
@@ -60,18 +100,29 @@ def expected_untried_value(s: int, a: int, alone: bool, config: KernelConfig,
 
     It is a share of the largest reward, `untried_value`; less where there is advice of a mentor
     with credit. Advice adds to it, or takes from it if the record is below one half; other
-    actions are worth no more than the advised one, as far as the mentor has credit.
+    actions are worth no more than the advised one, as far as the mentor has credit. Of several
+    mentors that advise in s, the one with the most credit counts, and each adds to what it
+    advises.
 
     alone: as if there were no advice for any other action of the state.
     """
-    largest, advised = max(state.pooled[LARGEST_REWARD], 0.0), state.advised[s]
+    largest, states = max(state.pooled[LARGEST_REWARD], 0.0), len(state.departures)
+    advised, most, lead, is_advised = -1, 0.0, 0.0, False
+    for m in range(len(config.mentors)):
+        action = state.advised[m * states + s]
+        if action >= 0:
+            trust = credit(s, m, action, config, state)
+            if advised < 0 or trust > most:
+                advised, most = action, trust
+            if action == a:
+                is_advised = True
+                lead += 2.0 * record_of(m, state) - 1.0
     if advised < 0:
         return config.untried_value * largest
-    credit = credence(state)
     value = largest * (config.untried_value
-                       - credit * max(0.0, config.untried_value - TRUSTED_UNTRIED))
-    if a == advised:
-        return value + ADVICE_BONUS * state.pooled[SCALE] * (2.0 * record_of(state) - 1.0)
+                       - most * max(0.0, config.untried_value - TRUSTED_UNTRIED))
+    if is_advised:
+        return value + ADVICE_BONUS * state.pooled[SCALE] * lead
     if alone or state.visits[s, advised] == 1.0:
         return value
-    return (1.0 - credit) * value + credit * min(value, state.q[s, advised])
+    return (1.0 - most) * value + most * min(value, state.q[s, advised])

@@ -61,7 +61,8 @@ def changed_state(state: LearnerState, world: World, before: LearnerConfig,
     tried or left; confidence, temperature and trust_rate count from now on. Another kind of trust
     starts again, and so do traces where the settings had none before.
     """
-    fresh = initial_state(world, after)
+    n_mentors = len(state.pool_size)
+    fresh = initial_state(world, after, n_mentors)
     changed = LearnerState(*(old.copy() if old.shape == new.shape else new
                              for old, new in zip(state, fresh)))
     untried = (changed.visits == 1.0) & (changed.q == before.initial_value)
@@ -75,9 +76,9 @@ def changed_state(state: LearnerState, world: World, before: LearnerConfig,
         return changed
     old = np.array((before.belief_listen, before.belief_discard))
     new = np.array((after.belief_listen, after.belief_discard))
-    unknown = ((changed.departures == 1.0) & (changed.belief[:, IN_POOL] == 0.0)
+    unknown = (np.tile(changed.departures == 1.0, n_mentors) & (changed.belief[:, IN_POOL] == 0.0)
                & (changed.belief[:, :DISCARD + 1] == old).all(axis=1))
     changed.belief[unknown, :DISCARD + 1] = new
-    changed.pool_listen[0] += new[0] - old[0]
-    changed.pool_discard[0] += new[1] - old[1]
+    changed.pool_listen[:] += new[0] - old[0]
+    changed.pool_discard[:] += new[1] - old[1]
     return changed

@@ -3,14 +3,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from comply_ros.learner.agent import Agent, IterationResult
+from comply_ros.learner.agent import Agent, count_confidences, IterationResult, no_advice
 from comply_ros.learner.learner_config import KernelConfig, LearnerConfig, NO_TRUST
-from comply_ros.learner.learner_state import Array, LearnerState
+from comply_ros.learner.learner_state import Array, LearnerState, ONE_MENTOR
 from comply_ros.learner.learning_result import Learned
 from comply_ros.learner.learning_step import choose_and_learn
 from comply_ros.learner.usual_outcome import finish_episode
@@ -29,7 +30,7 @@ class Position(NamedTuple):
     ----------
     episode: of the iteration, from 0.
     step: of the episode, -1 before its first state.
-    s, a, advice: the last state, the action taken there, and the mentor's advice.
+    s, a: the last state, and the action taken there.
 
     """
 
@@ -37,7 +38,9 @@ class Position(NamedTuple):
     step: int
     s: int
     a: int
-    advice: int
+
+
+Mentors = Mapping[str, AdviceBudget]  # by their names
 
 
 class MentorArrays(NamedTuple):
@@ -57,7 +60,8 @@ class Training:
     Parameters
     ----------
     world: the world.
-    advice: `advice[s]`, the mentor's action, -1 for none; or an `AdviceBudget`.
+    advice: `advice[s]`, the mentor's action, -1 for none; or an `AdviceBudget`; or a table of
+        the `AdviceBudget` of each mentor by its name.
     config: the settings of the learner.
     seed: of the random numbers of world and learner.
     initial: values and beliefs to begin with, see `Agent`.
@@ -70,28 +74,30 @@ class Training:
     Attributes
     ----------
     agent: the agent, with what it has learned.
-    advice: `advice[s]` that it received, the newest one; -1 where none.
+    advice: `advice[s]` that it received, the newest one; -1 where none. Of several mentors in
+        rows, `advice[m * n_states + s]`.
     returns, lengths: of the episodes of the last iteration.
 
     """
 
-    def __init__(self, world: World, advice: ArrayLike | AdviceBudget, config: LearnerConfig,
-                 seed: int, initial: Learned | None = None) -> None:
+    def __init__(self, world: World, advice: ArrayLike | AdviceBudget | Mentors,
+                 config: LearnerConfig, seed: int, initial: Learned | None = None) -> None:
         if world.model == 'none':
             raise MapError('a training in one process needs a world of which is known what every '
                            'action leads to, got one without a model')
-        self.agent = Agent(config, seed, initial)
+        mentors = mentors_by_name(world, advice)
+        self.agent = Agent(config, seed, initial, tuple(mentors))
         self.agent.start(world)
         self.advice = self.agent.earlier_advice.copy()
         self._moves = UniformRows(random_streams(seed)[0], 1)
         if not config.needs_mentor():
-            advice = np.full(world.n_states, NO_ACTION)
-        mentor = advice if isinstance(advice, AdviceBudget) else AdviceBudget(world, advice)
-        self._mentor = MentorArrays(*mentor.arrays())
+            mentors = {name: AdviceBudget(world, no_advice(world)) for name in mentors}
+        self._mentors = tuple(MentorArrays(*mentor.arrays()) for mentor in mentors.values())
+        self._heard = np.full(len(mentors), NO_ACTION), np.full(len(mentors), NO_ACTION)
         self._world = world.arrays()
         self.returns, self.lengths = np.zeros(0), np.zeros(0, dtype=np.int64)
         self._compiled_play = specialized(play, *self._arguments(
-            False, Position(0, -1, 0, 0, NO_ACTION), np.zeros(2)))
+            False, Position(0, -1, 0, 0), self._no_confidences()))
 
     @property
     def state(self) -> LearnerState:
@@ -111,14 +117,16 @@ class Training:
         """Play one mini-batch of episodes and return its result."""
         episodes = self.agent.config.episodes
         self.returns, self.lengths = np.zeros(episodes), np.zeros(episodes, dtype=np.int64)
-        confidences = np.zeros(2)
-        position = Position(0, -1, 0, 0, NO_ACTION)
+        confidences = self._no_confidences()
+        position = Position(0, -1, 0, 0)
         while position.episode < episodes:
             position = self._play(self.agent.learns, position, confidences)
         steps = int(self.lengths.sum())
         self.agent.steps += steps
-        return self.agent.finish_iteration(self.returns.tolist(), confidences[0], confidences[1],
-                                           steps)
+        return self.agent.finish_iteration(self.returns.tolist(), confidences.tolist(), steps)
+
+    def _no_confidences(self) -> Array:
+        return np.array(self.agent.no_confidences())
 
     def _play(self, learns: bool, position: Position, confidences: Array) -> Position:
         """Play as far as the random numbers of a block reach, and return the new position."""
@@ -128,16 +136,24 @@ class Training:
         return position
 
     def _arguments(self, learns: bool, position: Position, confidences: Array) -> tuple[Any, ...]:
-        return (learns, self._world, self._mentor, self.agent.kernel_config, self.agent.state,
-                position, self.returns, self.lengths, confidences, self._moves.block(),
-                self.agent.draws.block(), self.agent.policy, self.advice)
+        return (learns, self._world, self._mentors, self.agent.kernel_config, self.agent.state,
+                position, *self._heard, self.returns, self.lengths, confidences,
+                self._moves.block(), self.agent.draws.block(), self.agent.policy, self.advice)
+
+
+def mentors_by_name(world: World, advice: ArrayLike | AdviceBudget | Mentors) -> Mentors:
+    """Return the mentors by name; the only one of `advice[s]` or an `AdviceBudget` has none."""
+    if isinstance(advice, Mapping):
+        return advice
+    mentor = advice if isinstance(advice, AdviceBudget) else AdviceBudget(world, advice)
+    return {ONE_MENTOR[0]: mentor}
 
 
 @kernel
-def play(learns: bool, world: WorldArrays, mentor: MentorArrays, config: KernelConfig,
-         state: LearnerState, position: Position, returns: Array, lengths: Array,
-         confidences: Array, moves: Array, decisions: Array, policy: Array,
-         received: Array) -> tuple[int, Position]:
+def play(learns: bool, world: WorldArrays, mentors: tuple[MentorArrays, ...],
+         config: KernelConfig, state: LearnerState, position: Position, last_advice: Array,
+         advice: Array, returns: Array, lengths: Array, confidences: Array, moves: Array,
+         decisions: Array, policy: Array, received: Array) -> tuple[int, Position]:
     """
     Change the arrays; return the number of states visited and the new position.
 
@@ -145,38 +161,46 @@ def play(learns: bool, world: WorldArrays, mentor: MentorArrays, config: KernelC
 
     Parameters
     ----------
+    last_advice, advice: `advice[m]` in the last state and in the present one, -1 for none.
     returns, lengths: of the episodes of the iteration.
-    confidences: number of decisions with advice, and the sum of their confidences.
+    confidences: as `Agent.finish_iteration` takes them.
     moves, decisions: uniforms of the world and of the learner, a row for each state.
     policy: `policy[s]` of a learner that does not learn.
-    received: `advice[s]` that the learner received, the newest one.
+    received: `advice[m * n_states + s]` that the learner received, the newest one.
 
     """
-    episode, step, s, a, advice = (
-        position.episode, position.step, position.s, position.a, position.advice)
+    episode, step, s, a = position.episode, position.step, position.s, position.a
     count, most = 0, min(len(moves), len(decisions))
     while count < most and episode < len(returns):
         r, s2, done, over = next_state(step, s, a, moves[count, 0], world)
-        advice2 = NO_ACTION
-        if not done and config.learns:
-            advice2 = advise(s2, mentor.policy, mentor.important, mentor.advised,
-                             mentor.remaining, mentor.last_actions)
-            if config.trust != NO_TRUST:
-                received[s2] = advice2
-        a2, p = choose_and_learn(
-            learns, s, a if step >= 0 else NO_ACTION, advice, r, s2, step + 1, done, advice2,
+        for m in range(len(config.mentors)):
+            advice[m] = NO_ACTION
+            if not done and config.learns:
+                advice[m] = ask(s2, mentors[m])
+                if config.trust != NO_TRUST:
+                    received[m * len(state.departures) + s2] = advice[m]
+        a2, p, trusted = choose_and_learn(
+            learns, s, a if step >= 0 else NO_ACTION, last_advice, r, s2, step + 1, done, advice,
             decisions[count, 0], decisions[count, 1], config, state, policy)
-        if not over:  # the last choice of a truncated episode is never published
-            record_action(s2, a2, mentor.last_actions)
-        if advice2 != NO_ACTION:
-            confidences[0] += 1.0
-            confidences[1] += p
+        for m in range(len(config.mentors)):
+            last_advice[m] = advice[m]
+            if not over:  # the last choice of a truncated episode is never published
+                record_action(s2, a2, mentors[m].last_actions)
+        if trusted >= 0:
+            count_confidences(p, advice, confidences, config, state)
         if step >= 0:
             returns[episode] += r
         count += 1
-        step, s, a, advice = step + 1, s2, a2, advice2
+        step, s, a = step + 1, s2, a2
         if over:
             finish_episode(config, state)
             lengths[episode] = step
             episode, step = episode + 1, -1
-    return count, Position(episode, step, s, a, advice)
+    return count, Position(episode, step, s, a)
+
+
+@kernel
+def ask(s: int, mentor: MentorArrays) -> int:
+    """Return the recommendation of a mentor in state s, -1 for none."""
+    return advise(s, mentor.policy, mentor.important, mentor.advised, mentor.remaining,
+                  mentor.last_actions)

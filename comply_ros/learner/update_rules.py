@@ -7,7 +7,7 @@ from comply_ros.learner.belief_update import update_belief
 from comply_ros.learner.eligibility_traces import mark_trace, propagate_along_traces
 from comply_ros.learner.exploration import expected_value
 from comply_ros.learner.learner_config import BETA, EXPLICIT, KernelConfig
-from comply_ros.learner.learner_state import LearnerState
+from comply_ros.learner.learner_state import Advice, LearnerState
 from comply_ros.learner.outcome_model import learn_outcome
 from comply_ros.learner.usual_outcome import backup, mark_visited, record_outcome
 from comply_ros.numerics.action_values import count_actions, max_q_except, NOTHING
@@ -15,7 +15,7 @@ from comply_ros.numerics.jit import kernel
 
 
 @kernel
-def learn(s: int, a: int, r: float, s2: int, a2: int, done: bool, advice: int, u: float,
+def learn(s: int, a: int, r: float, s2: int, a2: int, done: bool, advice: Advice, u: float,
           config: KernelConfig, state: LearnerState) -> None:
     """
     Change all arrays by one transition: SARSA (2.15), Q-learning (2.17), compliance (3.3).
@@ -25,7 +25,7 @@ def learn(s: int, a: int, r: float, s2: int, a2: int, done: bool, advice: int, u
     Parameters
     ----------
     done: s2 is terminal and has the value 0.
-    advice: the mentor's action in s, -1 for none.
+    advice: `advice[m]`, the action of each mentor in s, -1 for none.
     u: uniform in [0, 1): which of two tables learns.
 
     """
@@ -48,7 +48,9 @@ def learn(s: int, a: int, r: float, s2: int, a2: int, done: bool, advice: int, u
         elif config.expects:
             following = expected_value(s2, config, state)
         target += config.discount * following
-    delta = target - q[s, advice] if advice >= 0 else 0.0
+    for m in range(len(config.mentors)):
+        if config.trust == BETA and advice[m] >= 0:
+            update_belief(s, a, m, advice[m], target - q[s, advice[m]], config, state)
     change = learning_rate(visits[s, a], config) * (target - q[s, a])
     if config.replays:
         record_outcome(s, a, r, s2, done, visits[s, a], state.outcomes)
@@ -63,8 +65,9 @@ def learn(s: int, a: int, r: float, s2: int, a2: int, done: bool, advice: int, u
     visits[s, a] += config.visit_growth
     if config.replays:
         backup(s, config.discount, q, visits, state.outcomes, config.actions)
-    if advice >= 0 and (config.trust == BETA or config.trust == EXPLICIT):
-        update_belief(s, a, advice, delta, config, state)
+    for m in range(len(config.mentors)):
+        if config.trust == EXPLICIT and advice[m] >= 0:
+            update_belief(s, a, m, advice[m], 0.0, config, state)
 
 
 @kernel

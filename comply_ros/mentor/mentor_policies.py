@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Mentors of every quality: each is one recommended action for every state (3.1)."""
 
+from __future__ import annotations
+
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,6 +22,7 @@ KINDS = {
     'snapshot': 'snapshot:Q', 'file': 'file:PATH', 'learned': 'learned:FILE.npz',
     'none': 'none'}
 FROM_FILES = ('file', 'learned')  # kinds that are written with a path
+SEVERAL = 'several'  # kind of several mentors together
 
 
 class MentorSpec(NamedTuple):
@@ -28,7 +31,7 @@ class MentorSpec(NamedTuple):
 
     Attributes
     ----------
-    value: number or path, None for kinds without one.
+    value: number or path, None for kinds without one; of SEVERAL, the specs by name.
     coverage: share of the states in which it has advice.
 
     """
@@ -36,6 +39,10 @@ class MentorSpec(NamedTuple):
     kind: str
     value: Any = None
     coverage: float = 1.0
+
+    def by_name(self) -> dict[str, MentorSpec]:
+        """Return the mentors by their names; a single one has the name ''."""
+        return self.value if self.kind == SEVERAL else {'': self}
 
 
 def parse_mentor_spec(text: str) -> MentorSpec:

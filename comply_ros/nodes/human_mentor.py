@@ -8,17 +8,21 @@ from queue import Empty, SimpleQueue
 import time
 from typing import Any
 
-from comply_msgs.srv import Recommend
 import numpy as np
 from numpy.typing import NDArray
 
 from comply_ros.mentor.mentor_policies import MentorError, spoiled_policy
 from comply_ros.mentor.policy_validation import PolicyError
 from comply_ros.nodes.clocks import PaceClock, steady_timer
-from comply_ros.nodes.mentor import in_background, policy_message, recommend
+from comply_ros.nodes.mentor import (
+    advertise_mentor,
+    declare_name,
+    in_background,
+    policy_message,
+)
 from comply_ros.nodes.parameters import PATIENCE, STATE_DIR
 from comply_ros.nodes.protocol_node import ProtocolNode
-from comply_ros.nodes.topics import MENTOR_POLICY, RECOMMEND, RECOMMENDATION, STATE, WORLD
+from comply_ros.nodes.topics import STATE, WORLD
 from comply_ros.protocol.human_mentor import HumanMentor
 from comply_ros.protocol.messages import Outputs, StateReward, WorldDescription
 from comply_ros.protocol.validation import rejected_description
@@ -44,7 +48,7 @@ class HumanMentorNode(ProtocolNode):
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__('mentor', **kwargs)
-        self.machine = HumanMentor()
+        self.machine = HumanMentor(declare_name(self))
         self._patience, self._pace = self.declare(PATIENCE), PaceClock(self)
         self._open: StateReward | None = None  # the observation that waits for the person
         self._since = 0.0
@@ -52,9 +56,7 @@ class HumanMentorNode(ProtocolNode):
         self._has_changed, self._published = False, float('-inf')
         self._stored = _StoredPainting(self, self.get_parameter(STATE_DIR.name).value)
         self._calls: SimpleQueue[tuple[Future, Callable[[], Any]]] = SimpleQueue()
-        for topic in (RECOMMENDATION, MENTOR_POLICY):
-            self.advertise(topic)
-        self.serve(Recommend, RECOMMEND, recommend(self.machine))
+        advertise_mentor(self)
         self.subscribe(WORLD, self.on_world)
         self.subscribe(STATE, self.machine.observe)
         self.on_parameters_set(self._set_patience)

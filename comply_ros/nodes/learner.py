@@ -4,6 +4,7 @@
 from array import array
 from collections.abc import Callable
 from dataclasses import asdict, replace
+from functools import partial
 import json
 from pathlib import Path
 import secrets
@@ -15,8 +16,10 @@ from rclpy.parameter import Parameter as RosParameter
 from std_srvs.srv import Trigger
 
 from comply_ros.learner.learner_config import CONFIG_FIELDS, ConfigError, LearnerConfig
+from comply_ros.learner.learner_state import ONE_MENTOR
 from comply_ros.learner.learning_result import LearningError
 from comply_ros.learner.presets import find_method
+from comply_ros.mentor.several_mentors import MentorNameError
 from comply_ros.nodes.clocks import PaceClock, PaceTimer
 from comply_ros.nodes.parameters import (
     ADVICE_TIMEOUT,
@@ -24,6 +27,7 @@ from comply_ros.nodes.parameters import (
     END_WHEN_FINISHED,
     INITIAL_LEARNING,
     MAP_PERIOD,
+    MENTORS,
     METHOD,
     ParameterError,
     PROFILE,
@@ -37,27 +41,30 @@ from comply_ros.nodes.topics import (
     ACTION,
     ANOTHER,
     DESCRIPTION,
+    mentors_found,
+    name_of_mentor,
     POLICY,
     PROGRESS,
     RECOMMENDATION,
     RESET,
     SAVE,
     STATE,
+    topic_of_mentor,
     TRUST,
     VALUES,
     WORLD,
 )
 from comply_ros.protocol.learner import Learner
 from comply_ros.protocol.messages import (
-    AnsweredObservation,
     Ignored,
+    LEARNER_JOURNAL,
     LearnerDescription,
     Notice,
     Outputs,
     Policy,
     Progress,
-    ReceivedAdvice,
     Recommendation,
+    Rejected,
     StateReward,
     Trust,
     Values,
@@ -82,18 +89,19 @@ class LearnerNode(ProtocolNode):
         config = self._declare_config(find_method(name, profile))
         remembers, file = self.declare(REMEMBERS_ADVICE), self.declare(INITIAL_LEARNING)
         initial = read_learning(file) if file else None
-        self._identity = name, seed, remembers
+        self._identity, mentors = (name, seed, remembers), self.declare(MENTORS)
         self.machine = Learner(config, seed, remembers, 1 + secrets.randbelow(2 ** 32 - 1),
-                               initial)
+                               initial, mentors)
+        self._refused: set[str] = set()  # names of mentors that cannot join
         self._map_throttle = CostThrottle(self.declare(MAP_PERIOD))
         self._timeout, self._pace_clock = self.declare(ADVICE_TIMEOUT), PaceClock(self)
         self._waiting_since: tuple[StateReward | None, float] = None, 0.0
-        self._hears_mentor = False
+        self._heard: list[str] = []  # names of the mentors whose topics it subscribes to
         self._ends, self._finished_ticks = self.declare(END_WHEN_FINISHED), 0
         self._timeout_timer: PaceTimer | None = None
         # `learns` first: where it differs, so does the default of `iterations`.
         self._load({'method': name, 'learns': config.learns, **asdict(config), 'seed': seed,
-                    'remembers_advice': remembers})
+                    'remembers_advice': remembers, 'mentors': mentors})
         for topic in (DESCRIPTION, ACTION, PROGRESS, TRUST, POLICY, VALUES):
             self.advertise(topic)
         self.serve(Save, SAVE, self.save)
@@ -116,11 +124,20 @@ class LearnerNode(ProtocolNode):
     def on_state(self, msg: StateReward) -> Outputs:
         """Return the action in a state, and the maps when an iteration ends."""
         outputs = self.machine.observe(msg)
+        if outputs and type(outputs[0]) is Notice and msg.step == 0:  # mentors have joined
+            before = self.machine.step_count - (self.machine.waiting is None)
+            outputs = (outputs[0], self._describe(before), *outputs[1:])
         return self._with_maps(outputs) if outputs and type(outputs[-1]) is Progress else outputs
 
-    def on_recommendation(self, msg: Recommendation) -> Outputs:
-        """Return the action in the state that waited for this advice."""
-        return self._with_maps(self.machine.on_recommendation(msg))
+    def on_recommendation(self, name: str, msg: Recommendation) -> Outputs:
+        """Return the action in the state that waited for this advice of a mentor."""
+        if name not in self.machine.mentors:  # it joins at the next episode
+            return ()
+        if name and msg.mentor != name:
+            return (Rejected('another mentor', 'a recommendation on '
+                             f'{name_of_mentor(RECOMMENDATION.name, name)} must have mentor '
+                             f'{name!r}, got {msg.mentor!r}'),)
+        return self._with_maps(self.machine.hears[self.machine.mentors.index(name)](msg))
 
     def on_world(self, msg: WorldDescription) -> Outputs:
         """Return outputs for a world, and for a state of it that came before."""
@@ -134,7 +151,27 @@ class LearnerNode(ProtocolNode):
     def tick(self) -> Outputs:
         """Return the outputs that are due once a second."""
         self._finished_ticks += self.machine.finished
+        if self.machine.config.needs_mentor():
+            self._find_mentors()
         return self._in_its_world(super().tick)
+
+    def _find_mentors(self) -> None:
+        """Let mentors that are found join; at the start, in the place of one without a name."""
+        found, machine = mentors_found(self), self.machine
+        if found and machine.mentors == ONE_MENTOR and not machine.step_count \
+                and not self.count_publishers(RECOMMENDATION.name):
+            machine.replace_mentors(found)
+            self.get_logger().info(f'takes the advice of {", ".join(found)}')
+            self._follow_settings()
+            return
+        for name in found:
+            if name not in self._heard and name not in self._refused:
+                try:
+                    machine.join(name)
+                    self._follow_settings()
+                except MentorNameError as error:
+                    self._refused.add(name)
+                    self.get_logger().warning(f'the mentor {name!r} cannot join: {error}')
 
     def reset(self, request: Any, response: Any) -> Any:
         """Serve `~/reset`: forget everything that was learned since the start."""
@@ -183,7 +220,7 @@ class LearnerNode(ProtocolNode):
     def _load(self, identity: dict[str, Any]) -> None:
         """Continue from the saved state, if there is one."""
         saved, machine = self.checkpointing.load(
-            identity, (AnsweredObservation, ReceivedAdvice), LATER_FIELDS), self.machine
+            identity, LEARNER_JOURNAL, {**LATER_FIELDS, 'mentors': list(ONE_MENTOR)}), self.machine
         self._home: str | None = None  # the hash of the world that the state is of
         if saved is None:
             return
@@ -208,9 +245,12 @@ class LearnerNode(ProtocolNode):
 
     def _follow_settings(self) -> None:
         """Subscribe to the mentor if it is needed, and wait for it only for `advice_timeout`."""
-        if self.machine.config.needs_mentor() and not self._hears_mentor:
-            self._hears_mentor = True
-            self.subscribe(RECOMMENDATION, self.on_recommendation)
+        if self.machine.config.needs_mentor():
+            for name in self.machine.expected_mentors:
+                if name not in self._heard:
+                    self._heard.append(name)
+                    self.subscribe(topic_of_mentor(RECOMMENDATION, name),
+                                   partial(self.on_recommendation, name))
         if self._timeout_timer:
             self._timeout_timer.destroy()
         self._timeout_timer = PaceTimer(
@@ -311,7 +351,9 @@ class LearnerNode(ProtocolNode):
         machine = self.machine
         world, q = machine.tracker.world, machine.state.q
         run, learned = machine.tracker.run, machine.learned()
-        return (Trust(run, array('f', learned.confidence.astype(np.float32).tobytes())),
+        confidence = learned.confidence.astype(np.float32).reshape(len(machine.mentors), -1)
+        return (*(Trust(run, array('f', row.tobytes()), name)
+                  for name, row in zip(machine.mentors, confidence)),
                 Policy(run, array('h', learned.policy.astype(np.int16).tobytes())),
                 Values(run, array('d', state_values(q, world.free).tobytes())),
                 self._describe(machine.step_count, machine.state.digest()))
@@ -325,9 +367,10 @@ class LearnerNode(ProtocolNode):
             settings[INITIAL_LEARNING.name] = initial.state.digest()
         return LearnerDescription(
             self.machine.tracker.run, self.machine.number, step_count, name,
-            json.dumps(settings), seed, remembers, digest)
+            json.dumps(settings), seed, remembers, digest, self.machine.mentors)
 
 
 def main(argv: list[str]) -> int:
     """Run the node; return the exit code."""
-    return run_node(LearnerNode, argv, (ParameterError, ConfigError, LearningError, StateError))
+    return run_node(LearnerNode, argv, (ParameterError, ConfigError, LearningError,
+                                        MentorNameError, StateError))

@@ -136,15 +136,18 @@ def run_lesson(options: TrainingOptions, disturbance: Disturbance = lambda _: nu
 def _monitor(options: TrainingOptions, stop: StopFlag) -> tuple[RunMonitor, TrainingOptions]:
     """Return the monitor of a lesson, and its options in the world that an external node has."""
     external, namespace = options.args.external, options.args.namespace
+    if external == 'mentor' and options.args.mentors:
+        raise ConfigError('an external mentor must be the only one of a lesson, got --mentors too')
+    mentors = tuple(options.spec.by_name())
     if external == 'world':
         msg = external_world(namespace, lambda: check(stop))
         options = in_external_world(options, msg)
-        monitor = RunMonitor(namespace, options.source, external)
+        monitor = RunMonitor(namespace, options.source, external, mentors=mentors)
         monitor.own_run = msg.run
         return monitor, options
     counter = IterationCounter(options.config.iterations, options.config.episodes) \
         if external == 'learner' else None
-    return RunMonitor(namespace, options.source, external, counter), options
+    return RunMonitor(namespace, options.source, external, counter, mentors), options
 
 
 def _start_and_watch(options, monitor, discovered, stop, disturbance):

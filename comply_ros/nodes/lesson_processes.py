@@ -9,8 +9,14 @@ from rclpy.validate_full_topic_name import validate_full_topic_name
 from rclpy.validate_namespace import validate_namespace
 
 from comply_ros.learner.learner_config import ConfigError
-from comply_ros.nodes.external_node import PARTS
-from comply_ros.nodes.lesson_parameters import NODES, STATE, world_node, write_parameters
+from comply_ros.mentor.several_mentors import split_mentors
+from comply_ros.nodes.lesson_parameters import (
+    mentor_node,
+    NODES,
+    STATE,
+    world_node,
+    write_parameters,
+)
 from comply_ros.nodes.node_processes import NodeProcess, parameter_arguments, run_nodes
 from comply_ros.terminal.training_options import TrainingOptions
 
@@ -47,6 +53,8 @@ def running(options: TrainingOptions, held: bool = False,
     arguments += namespace_arguments(options.args.namespace)
     if options.args.rate:
         arguments += parameter_arguments({'rate': options.args.rate})
-    names = [name for part, name in zip(PARTS, (world_node(options), *NODES[1:]))
-             if part != options.args.external]
-    return run_nodes(dict.fromkeys(names, arguments), options.out, held)
+    mentors = [mentor_node(name) for name in split_mentors(options.mentor)]
+    parts = {'world': [world_node(options)], 'mentor': mentors, 'learner': [NODES[2]]}
+    names = [name for part in parts if part != options.args.external for name in parts[part]]
+    return run_nodes(dict.fromkeys(names, arguments), options.out, held,
+                     dict.fromkeys(mentors, NODES[1]))

@@ -12,11 +12,28 @@ from comply_msgs.srv import Recommend
 
 from comply_ros.mentor.mentor_policies import MentorError
 from comply_ros.mentor.policy_validation import PolicyError
+from comply_ros.mentor.several_mentors import MentorNameError, validate_mentor_names
 from comply_ros.nodes.clocks import steady_timer
-from comply_ros.nodes.parameters import ADVISING, BUDGET, MENTOR, MENTOR_SEED, ParameterError
+from comply_ros.nodes.parameters import (
+    ADVISING,
+    BUDGET,
+    MENTOR,
+    MENTOR_NAME,
+    MENTOR_SEED,
+    ParameterError,
+)
 from comply_ros.nodes.protocol_node import map_text, ProtocolNode
 from comply_ros.nodes.spin import run_node
-from comply_ros.nodes.topics import ACTION, MENTOR_POLICY, RECOMMEND, RECOMMENDATION, STATE, WORLD
+from comply_ros.nodes.topics import (
+    ACTION,
+    MENTOR_POLICY,
+    name_of_mentor,
+    RECOMMEND,
+    RECOMMENDATION,
+    STATE,
+    topic_of_mentor,
+    WORLD,
+)
 from comply_ros.protocol.mentor import Mentor
 from comply_ros.protocol.messages import Action, Outputs, Policy, StateReward, WorldDescription
 from comply_ros.protocol.validation import rejected_description
@@ -35,13 +52,11 @@ class MentorNode(ProtocolNode):
         super().__init__('mentor', **kwargs)
         self._mentor, self._seed = self.declare(MENTOR), self.declare(MENTOR_SEED)
         self._spec = read_mentor_spec(self._mentor)
-        self.machine = Mentor(self.declare(BUDGET), self.declare(ADVISING))
+        self.machine = Mentor(self.declare(BUDGET), self.declare(ADVISING), declare_name(self))
         self._made: Future[Any] = Future()
         self._poll: Any = None
         self._published_run: int | None = None  # the run that `mentor_policy` was published for
-        for topic in (RECOMMENDATION, MENTOR_POLICY):
-            self.advertise(topic)
-        self.serve(Recommend, RECOMMEND, recommend(self.machine))
+        advertise_mentor(self)
         self.subscribe(WORLD, self.on_world)
         self.subscribe(STATE, self.machine.observe)
         if self.machine.watches:
@@ -106,6 +121,20 @@ class MentorNode(ProtocolNode):
             'policy': hashlib.sha256(policy.tobytes()).hexdigest()}, (StateReward, Action))
 
 
+def declare_name(node: ProtocolNode) -> str:
+    """Declare the parameter `name` of a mentor; return it, or raise MentorNameError."""
+    name = node.declare(MENTOR_NAME)
+    validate_mentor_names([name])
+    return name
+
+
+def advertise_mentor(node: ProtocolNode) -> None:
+    """Make the topics and the service of a mentor, under its name."""
+    for topic in (RECOMMENDATION, MENTOR_POLICY):
+        node.advertise(topic_of_mentor(topic, node.machine.name))
+    node.serve(Recommend, name_of_mentor(RECOMMEND, node.machine.name), recommend(node.machine))
+
+
 def recommend(machine: Mentor) -> Callable[[Any, Any], Any]:
     """Return the reply of the service: the action for a state, or why there is none."""
     def reply(request: Any, response: Any) -> Any:
@@ -139,5 +168,5 @@ def in_background(function: Callable[..., Any], *arguments: Any) -> Future[Any]:
 
 def main(argv: list[str]) -> int:
     """Run the node; return the exit code."""
-    return run_node(MentorNode, argv, (ParameterError, MentorError, PolicyError, PlanningError,
-                                       StateError))
+    return run_node(MentorNode, argv, (ParameterError, MentorError, MentorNameError, PolicyError,
+                                       PlanningError, StateError))

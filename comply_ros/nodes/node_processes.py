@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+from types import MappingProxyType
 from typing import Any
 
 import yaml
@@ -54,16 +55,18 @@ class NodeProcess:
 
     Parameters
     ----------
-    name: of the executable.
+    name: of the node.
     arguments: after `--ros-args`.
     folder: of the log file, `NAME.log`.
     held: whether it loads what it needs and then waits for `release` before it makes its node.
+    executable: what it runs, where that is not called as the node.
 
     """
 
     def __init__(self, name: str, arguments: Sequence[str], folder: Path | str,
-                 held: bool = False) -> None:
+                 held: bool = False, executable: str = '') -> None:
         self.name, self.log = name, Path(folder) / f'{name}.log'
+        self._executable = executable or name
         self.pids: list[int] = []  # of all its processes, the last one that of now
         self._arguments, self._starts = arguments, []
         self.log.write_bytes(b'')
@@ -74,12 +77,16 @@ class NodeProcess:
         self._starts.append(time.monotonic())
         with self.log.open('ab') as output:
             self._process = subprocess.Popen(
-                [sys.executable, '-P', '-c', CHILD.format(self.name, os.getpid()),
-                 '--ros-args', '--enclave', f'/{self.name}', *self._arguments],
+                [sys.executable, '-P', '-c', CHILD.format(self._executable, os.getpid()),
+                 '--ros-args', '--enclave', f'/{self._executable}', *self._rename(),
+                 *self._arguments],
                 stdin=subprocess.PIPE if held else subprocess.DEVNULL, stdout=output,
                 stderr=subprocess.STDOUT, env={**os.environ, HOLD: '1'} if held else None,
                 start_new_session=True)  # Ctrl-C is for the lesson, which then ends its nodes
         self.pids.append(self._process.pid)
+
+    def _rename(self) -> list[str]:
+        return ['-r', f'__node:={self.name}'] if self.name != self._executable else []
 
     def release(self) -> None:
         """Let a held process make its node."""
@@ -177,9 +184,14 @@ def ended_with_block() -> Generator[list[NodeProcess], None, None]:
 
 @contextmanager
 def run_nodes(arguments: Mapping[str, Sequence[str]], folder: Path | str, held: bool = False,
+              executables: Mapping[str, str] = MappingProxyType({}),
               ) -> Generator[list[NodeProcess], None, None]:
-    """Run nodes, with ROS arguments by name, that end with the block, whatever happens in it."""
+    """
+    Run nodes, with ROS arguments by name, that end with the block, whatever happens in it.
+
+    executables: of nodes that are called otherwise than what they run, by name.
+    """
     with ended_with_block() as processes:
         for name, values in arguments.items():
-            processes.append(NodeProcess(name, values, folder, held))
+            processes.append(NodeProcess(name, values, folder, held, executables.get(name, '')))
         yield processes

@@ -73,6 +73,13 @@ MENTOR = Parameter(
     'mentor', 'snapshot:0.75', 'optimal, random, adversarial, noisy:P, snapshot:Q, file:PATH, '
     'learned:FILE.npz (what a learner has learned and saved) or none; with @C behind it, advice '
     'in a share C of the states only')
+MENTOR_NAME = Parameter(
+    'name', '', 'Name of this mentor, where a learner has several: it publishes on '
+    'mentors/NAME/recommendation; empty: the only one, on recommendation')
+MENTORS = Parameter(
+    'mentors', [''], 'Names of the mentors that the learner waits for in every state; an empty '
+    'one publishes on recommendation. Others that it finds join at the next episode, and are '
+    'waited for as long as they answer')
 BUDGET = Parameter(
     'budget', UNLIMITED, 'Recommendations that the mentor may give; 0: no limit',
     (0, 1_000_000_000))

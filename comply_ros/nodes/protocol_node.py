@@ -11,8 +11,15 @@ from comply_ros.nodes.diagnostics import Diagnostics, ERROR, INACTIVE, OK, WARN
 from comply_ros.nodes.parameter_node import SafeParameterNode
 from comply_ros.nodes.parameters import STATE_DIR
 from comply_ros.nodes.topic_type_check import TopicTypeCheck
-from comply_ros.nodes.topics import LOOP, MessageError, reader, RECOMMENDATION, Topic, writer
-from comply_ros.protocol.messages import Ignored, Inactive, Notice, Outputs, Rejected
+from comply_ros.nodes.topics import LOOP, MessageError, reader, Topic, writer
+from comply_ros.protocol.messages import (
+    Ignored,
+    Inactive,
+    Notice,
+    Outputs,
+    Recommendation,
+    Rejected,
+)
 
 PATIENCE = 3  # seconds of waiting after which a node logs what it waits for
 RETRY = 0.2  # seconds between two attempts to write what the disk did not take
@@ -91,7 +98,7 @@ class ProtocolNode(SafeParameterNode):
                 self.respond(outputs)
         self.create_subscription(topic.message, topic.name, callback, topic.qos, raw=True,
                                  **_fixed_qos(topic))
-        self._type_check.watch(topic, single_publisher=topic is RECOMMENDATION)
+        self._type_check.watch(topic, single_publisher=topic.tuple_type is Recommendation)
 
     @property
     def blocked(self) -> bool:
@@ -201,7 +208,8 @@ class ProtocolNode(SafeParameterNode):
 
 def _fixed_qos(topic: Topic) -> dict[str, None]:
     """Return settings of a topic whose QoS must not be overridden: nothing may be lost there."""
-    return {'qos_overriding_options': None} if topic in LOOP else {}
+    in_loop = topic in LOOP or topic.tuple_type is Recommendation
+    return {'qos_overriding_options': None} if in_loop else {}
 
 
 def map_text(name: str, sha256: str) -> str:

@@ -2,16 +2,19 @@
 """A node that watches a lesson from outside: its progress, its mentor's advice, its health."""
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 import time
 from typing import Any
 
 from comply_msgs.srv import Save
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+import numpy as np
 from numpy.typing import NDArray
 from rclpy.task import Future
 
+from comply_ros.learner.learner_state import ONE_MENTOR
 from comply_ros.nodes.clocks import steady_timer
 from comply_ros.nodes.diagnostics import INACTIVE, OK, process_name, RUN, TOPIC
 from comply_ros.nodes.node_processes import NodeProcess
@@ -25,6 +28,7 @@ from comply_ros.nodes.topics import (
     RECOMMENDATION,
     SAVE,
     Topic,
+    topic_of_mentor,
     WORLD,
 )
 from comply_ros.protocol.iteration_counter import IterationCounter
@@ -58,13 +62,15 @@ class RunMonitor(SafeParameterNode):
     source: its world.
     external: the part that the lesson does not start, '' for none.
     counter: counts the iterations of an external learner, which need not report any.
+    mentors: names of the mentors of the lesson; the only one has none.
 
     """
 
     def __init__(self, namespace: str, source: Source, external: str = '',
-                 counter: IterationCounter | None = None) -> None:
+                 counter: IterationCounter | None = None,
+                 mentors: Sequence[str] = ONE_MENTOR) -> None:
         super().__init__('lesson', namespace=namespace)
-        self._external, self._counter = external, counter
+        self._external, self._counter, self._mentors = external, counter, tuple(mentors)
         self.progress: list[Progress] = []  # one for each iteration, without gaps
         self.on_progress: Callable[[Progress], Any] = lambda msg: None  # called with each
         self.processes: list[NodeProcess] = []  # whose health is read
@@ -75,7 +81,7 @@ class RunMonitor(SafeParameterNode):
         self.own_run: int | None = None  # the first of the world of the lesson, by its status
         # By run: what is known of those whose world fits, or whose world may still come, and the
         # times at which the world and the first advice arrived.
-        self._reports: dict[int, RunReports] = {}
+        self._policies: dict[int, dict[str, NDArray[Any]]] = {}  # of the mentors, by name
         self._worlds: dict[int, float] = {}
         self._advised: dict[int, float] = {}
         self._episodes: deque[Episode] = deque()
@@ -86,7 +92,7 @@ class RunMonitor(SafeParameterNode):
         self._first_progress = 0.0
         self._subscribe(WORLD, self._on_world)
         self._subscribe_to_iterations()
-        self._subscribe(MENTOR_POLICY, self._on_policy)
+        self._subscribe_to_policies()
         steady_timer(self, STALE, self._request_again)
         self.create_subscription(DiagnosticArray, TOPIC, self._on_diagnostics, 10)
         self._save = self.create_client(Save, SAVE)
@@ -109,9 +115,15 @@ class RunMonitor(SafeParameterNode):
 
     @property
     def advice(self) -> NDArray[Any] | None:
-        """`advice[s]` that the mentor published in the run; None where an external one did not."""
-        reports = self._reports.get(self.progress[0].run)
-        return reports.mentor_policy if reports else None
+        """
+        `advice[s]` that the mentor published in the run; None where an external one did not.
+
+        Of several mentors in rows, `advice[m * n_states + s]`.
+        """
+        policies = self._policies.get(self.progress[0].run, {})
+        if len(policies) < len(self._mentors):
+            return None
+        return np.concatenate([policies[name] for name in self._mentors])
 
     def seconds(self) -> float:
         """
@@ -150,7 +162,8 @@ class RunMonitor(SafeParameterNode):
 
         respawns: whether publishers do not count: those of a killed node are seen for a while.
         """
-        publishers = 0 if respawns else self.count_publishers(RECOMMENDATION.name) - 1
+        own = self._mentors == ONE_MENTOR
+        publishers = 0 if respawns else self.count_publishers(RECOMMENDATION.name) - own
         return max(publishers, len(self._other_mentors))
 
     def _note_mentor(self, status: DiagnosticStatus) -> None:
@@ -196,7 +209,7 @@ class RunMonitor(SafeParameterNode):
     def _request_again(self) -> None:
         """Subscribe again where nothing came for a while: a crowd may have pushed it out."""
         if self._worlds and self._run not in self._advised:
-            self._subscribe(MENTOR_POLICY, self._on_policy)
+            self._subscribe_to_policies()
         if self._worlds and len(self.progress) == self._iterations_before:
             self._subscribe_to_iterations()
         self._iterations_before = len(self.progress)
@@ -217,25 +230,30 @@ class RunMonitor(SafeParameterNode):
         except ValueError:
             return False
 
-    def _on_policy(self, msg: Policy) -> None:
+    def _subscribe_to_policies(self) -> None:
+        for name in self._mentors:
+            self._subscribe(topic_of_mentor(MENTOR_POLICY, name), partial(self._on_policy, name))
+
+    def _on_policy(self, name: str, msg: Policy) -> None:
         """Remember advice for the run of the lesson, or for any run while that is not known."""
-        if msg.run != self._run and (self._run is not None or msg.run not in self._reports
-                                     and len(self._reports) == MAX_RUNS):
+        if msg.run != self._run and (self._run is not None or msg.run not in self._policies
+                                     and len(self._policies) == MAX_RUNS):
             return
-        reports = self._reports.setdefault(msg.run, RunReports())
-        before = reports.mentor_policy
+        reports = RunReports()
         reports.add(MENTOR_POLICY.name, msg)
         if reports.validate_maps(self._world):
-            reports.mentor_policy = before
-        elif msg.run not in self._advised:
-            self._advised[msg.run] = time.monotonic()
+            return
+        policies = self._policies.setdefault(msg.run, {})
+        policies[name] = reports.mentor_policy
+        if len(policies) == len(self._mentors):
+            self._advised.setdefault(msg.run, time.monotonic())
 
     def _on_progress(self, msg: Progress) -> None:
         """Take the next iteration; one that a restarted learner repeats is known."""
         if self._run is None and msg.run not in self._worlds:
             self._early.append(msg)  # its world may still come
             return
-        if self._run not in (None, msg.run) or not is_possible_progress(msg):
+        if self._run not in (None, msg.run) or msg.mentor or not is_possible_progress(msg):
             return
         done = len(self.progress)
         if msg.iteration != done + 1 or done and msg.steps <= self.progress[-1].steps:

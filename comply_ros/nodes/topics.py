@@ -11,6 +11,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message, serialize_message
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
+from comply_ros.mentor.several_mentors import MOST_MENTORS
 from comply_ros.nodes import cdr
 from comply_ros.protocol import messages
 from comply_ros.protocol.world_description import LARGEST_DESCRIPTION
@@ -18,6 +19,9 @@ from comply_ros.protocol.world_description import LARGEST_DESCRIPTION
 # One observation is open at a time, so only the newest message counts; late subscribers get it.
 LATCHED = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE,
                      durability=DurabilityPolicy.TRANSIENT_LOCAL)
+# With several mentors there is one for each.
+OF_EACH_MENTOR = QoSProfile(depth=MOST_MENTORS, reliability=ReliabilityPolicy.RELIABLE,
+                            durability=DurabilityPolicy.TRANSIENT_LOCAL)
 # Reports follow each other; late subscribers receive the last thousand.
 REPORTED = QoSProfile(depth=messages.REPORTS, reliability=ReliabilityPolicy.RELIABLE,
                       durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -56,7 +60,7 @@ RECOMMENDATION = _topic('recommendation', LATCHED)
 ACTION = _topic('action', LATCHED)
 EPISODE = _topic('episode', REPORTED)
 PROGRESS = _topic('progress', REPORTED)
-TRUST = _topic('trust', LATCHED)
+TRUST = _topic('trust', OF_EACH_MENTOR)
 POLICY = _topic('policy', LATCHED)
 VALUES = _topic('values', LATCHED)
 MENTOR_POLICY = _topic('mentor_policy', LATCHED)
@@ -67,6 +71,7 @@ IMAGE, IMAGE_QOS = 'image', QoSProfile(depth=1)
 
 LOOP = (WORLD, STATE, RECOMMENDATION, ACTION)  # what a step of the run waits for
 
+MENTORS = 'mentors'  # namespace of what mentors with a name publish
 RECOMMEND = 'recommend'  # service of the mentor
 SAVE = 'save'  # service of the learner
 PAUSE, STEP = '~/pause', '~/step'  # services of the world
@@ -77,6 +82,25 @@ ANOTHER = 'another learner is meant'  # how `save` answers a request for another
 
 class MessageError(ValueError):
     """Bytes that are no message of a topic; the message names the topic, the rule and the size."""
+
+
+def name_of_mentor(name: str, mentor: str) -> str:
+    """Return the name of a topic or service of a mentor, whose own name may be empty."""
+    return f'{MENTORS}/{mentor}/{name}' if mentor else name
+
+
+def topic_of_mentor(topic: Topic, mentor: str) -> Topic:
+    """Return a topic of a mentor, whose name may be empty."""
+    return topic._replace(name=name_of_mentor(topic.name, mentor))
+
+
+def mentors_found(node: Node) -> list[str]:
+    """Return the names of the mentors that publish recommendations in the namespace of a node."""
+    before, after = f'{node.resolve_topic_name(MENTORS)}/', f'/{RECOMMENDATION.name}'
+    names = [topic[len(before):-len(after)] for topic, _ in node.get_topic_names_and_types()
+             if topic.startswith(before) and topic.endswith(after)]
+    return sorted(name for name in names if name and '/' not in name and node.count_publishers(
+        name_of_mentor(RECOMMENDATION.name, name)))
 
 
 def reader(topic: Topic) -> Callable[[bytes], Any]:

@@ -50,8 +50,12 @@ def learning_curve_figure(curves: NDArray[np.float64], summary: Summary) -> Figu
     else:
         axes.plot(iterations, mean, color=BLUE, alpha=0.3, linewidth=1)
     axes.plot(iterations, running_mean(mean), color=BLUE, linewidth=2.2, label='learner')
-    for name, color, line in (('optimal', GREEN, '-'), ('mentor', ORANGE, '--')):
-        level = summary[f'{name}_return']
+    several = summary.get('mentor_returns')
+    for name, key, color, line in (
+            ('optimal', 'optimal_return', GREEN, '-'),
+            ('best of the mentors in each state', 'best_of_mentors_return', ORANGE, '-.'),
+            ('best mentor' if several else 'mentor', 'mentor_return', ORANGE, '--')):
+        level = summary.get(key)
         if level is not None:
             axes.axhline(level, color=color, linestyle=line, linewidth=1.5,
                          label=f'{name} ({level:.2f})')

@@ -96,12 +96,12 @@ class AdviceBuffer:
         advice[list(self._advice)] = [msg.action for msg in self._advice.values()]
         return advice
 
-    def arrays(self) -> dict[str, NDArray[np.int64]]:
+    def array(self) -> NDArray[np.int64]:
         """Return `advice[n]`: state, episode, step and action of every newest advice."""
         rows = [(msg.state, msg.episode, msg.step, msg.action) for msg in self._advice.values()]
-        return {'advice': np.array(rows, dtype=np.int64).reshape(-1, 4)}
+        return np.array(rows, dtype=np.int64).reshape(-1, 4)
 
-    def load_arrays(self, arrays: dict[str, NDArray[np.int64]]) -> None:
-        """Take over the advice that `arrays` returned."""
+    def load_array(self, advice: NDArray[np.int64]) -> None:
+        """Take over the advice that `array` returned."""
         self._advice = {state: Recommendation(self._run or 0, episode, step, state, action)
-                        for state, episode, step, action in arrays['advice'].tolist()}
+                        for state, episode, step, action in advice.tolist()}

@@ -34,12 +34,12 @@ class HumanMentor(Mentor):
 
     """
 
-    def __init__(self) -> None:
+    def __init__(self, name: str = '') -> None:
         self.edited_policy: NDArray[Any] | None = None
         self.steering = False
         self.waiting: StateReward | None = None
         self.robot: StateReward | None = None
-        super().__init__()
+        super().__init__(name=name)
 
     def _start_run(self, is_reset: bool) -> Outputs:
         """Take part in a new run; the policy stays where the map is the same."""
@@ -143,5 +143,5 @@ class HumanMentor(Mentor):
             return ()
         self.tracker.answer(msg)
         self.step_count, self._observed = self.step_count + 1, msg
-        self._answer = (Recommendation(*msg[:4], action),)
+        self._answer = (Recommendation(*msg[:4], action, self.name),)
         return self._answer

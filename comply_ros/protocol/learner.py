@@ -4,25 +4,31 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 from numpy.typing import NDArray
 
 from comply_ros.learner.agent import Agent, Decision
 from comply_ros.learner.learner_config import CONFIG_FIELDS, LearnerConfig
-from comply_ros.learner.learner_state import LearnerState
+from comply_ros.learner.learner_state import LearnerState, ONE_MENTOR
 from comply_ros.learner.learning_result import Learned
 from comply_ros.learner.reconfigure import changed_config, words_of_changes
-from comply_ros.protocol.advice_buffer import AdviceBuffer
+from comply_ros.mentor.several_mentors import validate_mentor_names
+from comply_ros.protocol.last_answer import LastAnswer
+from comply_ros.protocol.mentor_advice import MentorAdvice
 from comply_ros.protocol.messages import (
     Action,
     AnsweredObservation,
     ANYONE,
     Ignored,
     Notice,
+    OtherAdvice,
     Outputs,
     Progress,
     ReceivedAdvice,
+    ReceivedOtherAdvice,
     Recommendation,
     Rejected,
     REPORTS,
@@ -53,6 +59,8 @@ class Learner:
         does not change its advice, the bits are the same.
     number: tells this learner from every other; not 0.
     initial: values and beliefs to begin with, see `Agent`.
+    mentors: names of those whose advice it waits for; the only one may have none. With the same
+        advice, the bits are the same in whatever order it comes.
 
     Attributes
     ----------
@@ -62,6 +70,7 @@ class Learner:
     waiting: the observation that waits for advice, None where none does.
     reports: the last results of iterations that were published.
     changes: the settings that were changed while it ran, by name; part of its state.
+    hears: for each mentor, a function from a recommendation to outputs.
     journal_entries: what it received and must be in the journal before its outputs are published.
     needs_checkpoint: whether its state does not follow from its journal, so that a checkpoint must
         be written before its outputs are published.
@@ -69,13 +78,16 @@ class Learner:
     """
 
     def __init__(self, config: LearnerConfig, seed: int, remembers_advice: bool = True,
-                 number: int = 1, initial: Learned | None = None) -> None:
-        self.agent, self.tracker = Agent(config, seed, initial), RunTracker(self._start_run)
+                 number: int = 1, initial: Learned | None = None,
+                 mentors: Sequence[str] = ONE_MENTOR) -> None:
+        validate_mentor_names(mentors)
+        self.agent = Agent(config, seed, initial, mentors)
+        self.tracker = RunTracker(self._start_run)
         self.number, self._remembers_advice = number, remembers_advice
-        self._advice = AdviceBuffer()
+        self._use_mentors(mentors)
         self.reports: deque[Progress] = deque(maxlen=REPORTS)
         self.changes: dict[str, Any] = {}
-        self.journal_entries: list[AnsweredObservation | ReceivedAdvice] = []
+        self.journal_entries: list[Any] = []
         self.needs_checkpoint = False
         self._forget_answers()
 
@@ -99,11 +111,55 @@ class Learner:
         """Tell whether all iterations are done; from then on nothing is answered."""
         return self.tracker.world is not None and self.agent.finished
 
+    @property
+    def mentors(self) -> tuple[str, ...]:
+        """Names of the mentors whose advice it takes."""
+        return self.agent.mentors
+
+    @property
+    def expected_mentors(self) -> tuple[str, ...]:
+        """Names of these, and of those that join at the next episode."""
+        return (*self.mentors, *self._joining)
+
+    def replace_mentors(self, names: Sequence[str]) -> None:
+        """
+        Take the advice of other mentors from the start on, before anything is answered.
+
+        Raises
+        ------
+        MentorNameError: if there cannot be mentors of these names.
+
+        """
+        validate_mentor_names(names)
+        self._use_mentors(names)
+        if self.tracker.world is not None:
+            self.agent.reset()
+            self.waiting = None
+            self.needs_checkpoint = True
+
+    def _use_mentors(self, names: Sequence[str]) -> None:
+        self.agent.mentors, self._joining = tuple(names), list[str]()
+        self._advice = MentorAdvice(names, self.tracker.run)
+        self.hears = [partial(self.on_recommendation, m=m) for m in range(len(names))]
+
+    def join(self, name: str) -> None:
+        """
+        Take the advice of one mentor more from the next episode on.
+
+        Raises
+        ------
+        MentorNameError: if there cannot be one of that name.
+
+        """
+        validate_mentor_names((*self.expected_mentors, name))
+        self._joining.append(name)
+
     def advice(self) -> NDArray[Any]:
         """
         Return `advice[s]`: the mentor's newest action in a state, -1 where there is none.
 
-        Where it gave none in this run, that of an earlier one, or of the initial learning.
+        Where it gave none in this run, that of an earlier one, or of the initial learning. Of
+        several mentors in rows, `advice[m * n_states + s]`.
         """
         return self._advice.advice(self.agent.earlier_advice)
 
@@ -115,7 +171,7 @@ class Learner:
         """Text of what this learner needs to continue; None where it has everything."""
         tracker = self.tracker
         if self.waiting:
-            return f'a recommendation in state {self.waiting.state}: is a mentor running?'
+            return f'a recommendation in state {self.waiting.state}: {self._missing_mentor()}'
         if tracker.left_to_others:
             return 'an observation of its own: the world addresses another learner'
         if tracker.late and not self.finished:
@@ -165,8 +221,9 @@ class Learner:
         if here == tracker.answered or waiting and here == step_id(waiting):
             tracker.repeated(msg, self.number)
             # Where it still waits, a mentor may wait for the last action it advised.
-            last = self._advised_action if here != tracker.answered else None
-            return (last or self._action,) if last or self._action else ()
+            answer = self._last_answer
+            last = answer.advised_action if here != tracker.answered else None
+            return (last or answer.action,) if last or answer.action else ()
         if msg.learner not in (ANYONE, self.number):
             return tracker.leave_to_other(msg, self.number)
         problem = tracker.check_order(msg)
@@ -183,80 +240,127 @@ class Learner:
 
     def _start_step(self, msg: StateReward, s: int) -> Outputs:
         """Return the action in a state, if it does not need advice that is missing."""
+        joined = self._let_join() if self._joining and msg.step == 0 else ()
         early = self._advice.add_observation((msg.episode, msg.step), s)
         self.tracker.expected = None  # a repetition of this observation is no usual one
-        self.waiting, outputs = msg, ()
+        self.waiting, outputs = msg, joined
         if msg.terminated or not self.agent.config.needs_mentor():
-            outputs = self._answer(NO_ACTION)
+            outputs += self._answer(self._advice.silence)
         else:
-            known = self._advice.newest_advice(s)
-            if known and (self._remembers_advice or step_id(known) == step_id(msg)):
-                outputs = self._answer(known.action)
-        return outputs + self.on_recommendation(early) if early else outputs
+            outputs += self._answer_if_advised(msg)
+        for m, advice in early:
+            outputs += self.hears[m](advice)
+        return outputs
 
-    def on_recommendation(self, msg: Recommendation) -> Outputs:
-        """Return the action in the state that waits for this advice; else remember it."""
+    def _answer_if_advised(self, msg: StateReward) -> Outputs:
+        """Return the action in the state that waits, once all advice that counts is there."""
+        advice = self._advice.complete_advice(
+            msg.state, None if self._remembers_advice else step_id(msg))
+        return () if advice is None else self._answer(advice)
+
+    def _let_join(self) -> Outputs:
+        """Take the advice of those that want to join from here on; return outputs."""
+        names, self._joining = self._joining, []
+        for name in names:
+            self.agent.add_mentor(name)
+            self._hear(name)
+        self.needs_checkpoint = True
+        return (Notice(f'takes the advice of {", ".join(names)} too'),)
+
+    def _hear(self, name: str) -> None:
+        self._advice.add_mentor(name)
+        self.hears.append(partial(self.on_recommendation, m=len(self.hears)))
+
+    def on_recommendation(self, msg: Recommendation, m: int = 0) -> Outputs:
+        """
+        Return the action in the state that waits for this advice; else remember it.
+
+        m: the place of its mentor.
+        """
         if msg.run != self.tracker.run:
-            return self.tracker.hold(self.on_recommendation, msg, 'a recommendation')
-        before = self._advice.newest_advice(msg.state) if self._remembers_advice else None
-        counts, outputs = self._advice.add_advice(msg, self._world)
+            return self.tracker.hold(self.hears[m], msg, 'a recommendation')
+        before = self._advice.newest_advice(m, msg.state) if self._remembers_advice else None
+        counts, outputs = self._advice.add_advice(m, msg, self._world)
         if not counts:
             return outputs
         if before is None or before.action != msg.action:  # else it is known already
-            self.journal_entries.append(ReceivedAdvice(*msg[:5]))
+            received = msg[:5]
+            self.journal_entries.append(ReceivedOtherAdvice(m, *received) if m else
+                                        ReceivedAdvice(*received))
         if self.waiting and step_id(msg) == step_id(self.waiting):
-            return self._answer(msg.action)
+            return self._answer_if_advised(self.waiting)
         return ()
 
     def continue_without_advice(self) -> Outputs:
-        """Return the action in the state that waits, as if the mentor had no advice."""
-        return self._answer(NO_ACTION) if self.waiting else ()
+        """
+        Return the action in the state that waits, on what advice there is.
 
-    def _answer(self, advice: int) -> Outputs:
+        One of several mentors that gave none is not waited for until it gives some.
+        """
+        if self.waiting is None:
+            return ()
+        available = self._advice.available_advice(
+            self.waiting.state, None if self._remembers_advice else step_id(self.waiting))
+        if len(available) > 1:
+            self._advice.absent |= {m for m, action in enumerate(available) if action is None}
+        return self._answer(tuple(NO_ACTION if each is None else each for each in available))
+
+    def _missing_mentor(self) -> str:
+        """Return a question about the first mentor that the state which waits has no advice of."""
+        assert self.waiting is not None
+        available = self._advice.available_advice(
+            self.waiting.state, None if self._remembers_advice else step_id(self.waiting))
+        name = next((name for name, action in zip(self.mentors, available) if action is None), '')
+        return f'is the mentor {name} running?' if name else 'is a mentor running?'
+
+    def _answer(self, advice: tuple[int, ...]) -> Outputs:
         """Step the agent by the observation that waits; return the action and any report."""
         msg = self.waiting
         assert msg is not None
         run, episode, step, s, reward, terminated, truncated, _ = msg
         self.waiting = None
+        for m in range(1, len(advice)):
+            self.journal_entries.append(OtherAdvice(m, advice[m]))
         self.journal_entries.append(AnsweredObservation(
-            episode, step, s, reward, terminated, truncated, advice))
+            episode, step, s, reward, terminated, truncated, advice[0]))
         self.tracker.answer(msg)
         decision = self.agent.step(s, step, reward, terminated, truncated, advice)
-        self._last_advice = advice
+        self._last_answer.add(decision, advice)
         if terminated or truncated:
             return self._finish_episode(run, decision, terminated)
-        self._action = self._advised_action = Action(
-            run, episode, step, decision.action, decision.followed, decision.confidence,
-            self.number, advice, self.step_count - 1)
-        return (self._action,)
+        return (self._last_answer.act(run, (episode, step), decision, self.number,
+                                      self.step_count - 1),)
 
     def _finish_episode(self, run: int, decision: Decision, terminated: bool) -> Outputs:
         """Return the action that lets the next episode start, and the report of an iteration."""
-        self._action = self._end_of_episode(run)
+        action, answer = self._end_of_episode(run), self._last_answer
         if not terminated:  # a mentor advises in a truncated state, not at a goal
-            self._advised_action = self._action
+            answer.advised_action = action
         result, agent = decision.iteration, self.agent
         if result is None:
-            return (self._action,)
+            return (action,)
         progress = Progress(
             run, result.number, agent.config.iterations, result.episodes, agent.steps,
             result.mean_return, result.confidence, result.temperature, agent.finished)
-        self.reports.append(progress)
+        reports = (progress, *(
+            progress._replace(confidence=confidence, mentor=name)
+            for name, confidence in zip(self.mentors, result.confidences)))
+        self.reports.extend(reports)
         if not agent.finished:
-            return (self._action, progress)
-        self._action = None
-        return (progress,)
+            return (action, *reports)
+        answer.action = None
+        return reports
 
     def _end_of_episode(self, run: int) -> Action:
-        return Action(run, *self.tracker.answered, NO_ACTION, False, 0.0, self.number,
-                      self._last_advice, max(self.step_count - 1, 0))
+        return self._last_answer.end_episode(run, self.tracker.answered, self.number,
+                                             max(self.step_count - 1, 0))
 
     def _wake(self) -> Outputs:
         """Return the action that lets the next episode start, if this learner had finished."""
-        if self.tracker.answered == BEFORE_FIRST or self._action or self.tracker.run is None:
+        tracker = self.tracker
+        if tracker.answered == BEFORE_FIRST or self._last_answer.action or tracker.run is None:
             return ()
-        self._action = self._end_of_episode(self.tracker.run)
-        return (self._action,)
+        return (self._end_of_episode(tracker.run),)
 
     def reset(self) -> Outputs:
         """Forget what was learned since the start; return outputs. The run continues."""
@@ -272,7 +376,7 @@ class Learner:
     def _restart_agent(self) -> Outputs:
         self.agent.reset()
         self.reports.clear()
-        self._last_advice = NO_ACTION
+        self._last_answer.forget_advice()
         return self._wake()
 
     def check_changes(self, changes: dict[str, Any]) -> LearnerConfig:
@@ -319,9 +423,9 @@ class Learner:
         assert self.tracker.description is not None
         description, world = description_state(self.tracker.description)
         return {'agent': agent, 'number': self.number, 'changes': self.changes,
+                'mentors': self.mentors,
                 'description': description,
-                'order': self.tracker.state_dict(), 'last_advice': self._last_advice,
-                'action': self._action, 'advised_action': self._advised_action,
+                'order': self.tracker.state_dict(), **self._last_answer.state_dict(),
                 'reports': list(self.reports)}, {**arrays, **world, **self._advice.arrays()}
 
     def load_state_dict(self, values: dict[str, Any], arrays: dict[str, NDArray[Any]],
@@ -329,14 +433,14 @@ class Learner:
         """Continue from a checkpoint, then repeat the steps of its journal."""
         description = description_from_state(values['description'], arrays)
         self.change(values['changes'])
+        self._use_mentors(values.get('mentors', ONE_MENTOR))
         self.tracker.follow(description, world_from_description(description))
         self.agent.load_state_dict(values['agent'], arrays)
-        self.number, self._last_advice = values['number'], values['last_advice']
-        self._action, self._advised_action = (
-            values[name] and Action(*values[name]) for name in ('action', 'advised_action'))
+        self.number = values['number']
+        self._last_answer.load_state_dict(values)
         self.reports.extend(Progress(*each) for each in values['reports'])
         self.tracker.load_state_dict(values['order'])
-        self._advice = AdviceBuffer(description.run, self.tracker.answered)
+        self._advice = MentorAdvice(self.mentors, description.run, self.tracker.answered)
         self._advice.load_arrays(arrays)
         for entry in journal:
             self._repeat(entry)
@@ -346,22 +450,28 @@ class Learner:
 
     def last_outputs(self) -> Outputs:
         """Return what to publish again after `load_state_dict`: the reports, the last action."""
-        return (*self.reports, self._action) if self._action else tuple(self.reports)
+        action = self._last_answer.action
+        return (*self.reports, action) if action else tuple(self.reports)
 
-    def _repeat(self, entry: AnsweredObservation | ReceivedAdvice) -> None:
+    def _repeat(self, entry: Any) -> None:
         """Change by one entry of a journal, as it was changed then."""
         if isinstance(entry, ReceivedAdvice):
-            self._advice.restore_advice(Recommendation(*entry))
+            self._advice.restore_advice(0, Recommendation(*entry))
+            return
+        if isinstance(entry, ReceivedOtherAdvice):
+            self._advice.restore_advice(entry.m, Recommendation(*entry[1:]))
+            return
+        if isinstance(entry, OtherAdvice):
+            self._other_advice[entry.m] = entry.action
             return
         msg = StateReward(self.tracker.run or 0, entry.episode, entry.step, entry.state,
                           entry.reward, entry.terminated, entry.truncated)
-        early = self._advice.add_observation(step_id(msg), msg.state)
-        if early:
-            self._advice.add_advice(early, self._world)
+        for m, early in self._advice.add_observation(step_id(msg), msg.state):
+            self._advice.add_advice(m, early, self._world)
         if not self.tracker.is_next_step(step_id(msg)):
             self.agent.forget_last_action()
         self.waiting = msg
-        self._answer(entry.advice)
+        self._answer((entry.advice, *(self._other_advice[m] for m in range(1, len(self.mentors)))))
 
     def _start_run(self, is_reset: bool) -> Outputs:
         """Take part in a new run, and start to learn if its world is another one."""
@@ -370,7 +480,7 @@ class Learner:
         had_learned = self.step_count > 1
         if not self.tracker.world_changed:
             self.agent.earlier_advice = self.advice()
-        self._advice = AdviceBuffer(description.run)
+        self._advice = MentorAdvice(self.mentors, description.run)
         self._forget_answers()
         self.agent.forget_last_action()
         text = f'continues in world {description.name!r}, run {description.run}'
@@ -392,9 +502,8 @@ class Learner:
 
     def _forget_answers(self) -> None:
         self.waiting: StateReward | None = None
-        self._action: Action | None = None
-        self._advised_action: Action | None = None
-        self._last_advice = NO_ACTION
+        self._last_answer = LastAnswer()
+        self._other_advice: dict[int, int] = {}
 
     @property
     def _world(self) -> Any:

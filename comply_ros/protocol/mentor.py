@@ -39,9 +39,11 @@ class Mentor:
     budget: number of recommendations that it can give; 0 for no limit.
     mode: when it gives one; see `AdviceBudget`. Where it counts mistakes, it answers an
         observation only after it has received the learner's action for the one before.
+    name: of this mentor; empty where it is the only one.
 
     Attributes
     ----------
+    name: as given.
     tracker: the world and run that it takes part in.
     policy: list of actions by state, None until there is one for this world.
     watches: whether it needs the learner's actions.
@@ -53,7 +55,8 @@ class Mentor:
 
     policy: list[int] | None
 
-    def __init__(self, budget: int = UNLIMITED, mode: str = 'early') -> None:
+    def __init__(self, budget: int = UNLIMITED, mode: str = 'early', name: str = '') -> None:
+        self.name = name
         self.tracker = RunTracker(self._start_run, sees_episode_ends=False)
         self.policy, self.step_count = None, 0
         self.has_budget = budget != UNLIMITED
@@ -272,7 +275,7 @@ class Mentor:
         self.step_count += self._observed is None or step_id(msg) > step_id(self._observed)
         self._observed, self._ticks = msg, 0
         self._answer = (Recommendation(msg.run, msg.episode, msg.step, msg.state,
-                                       budget.advise(msg.state)),)
+                                       budget.advise(msg.state), self.name),)
         if self.watches or budget.remaining[0] != remaining:
             self.journal_entries.append(msg)
         return self._answer

@@ -15,7 +15,7 @@ from comply_ros.world.grid import NO_ACTION
 
 ANYONE = 0  # the number of any learner
 NO_RUN = 0  # the number of no run; runs have numbers from 1 upwards
-PROTOCOL = 2  # version of all messages; a world of another one is rejected
+PROTOCOL = 3  # version of all messages; a world of another one is rejected
 LONGEST_NAME = 255  # characters of the name of a world, as of a file
 INITIAL_LEARNING = 'initial_learning'  # in the settings of a `LearnerDescription`: its digest
 NANOSECONDS = 10 ** 9  # in a second
@@ -105,7 +105,12 @@ class Recommendation(NamedTuple):
 
 
 class Action(NamedTuple):
-    """The action of the learner, and the advice it had; -1 at the end of an episode."""
+    """
+    The action of the learner, and the advice it had; -1 at the end of an episode.
+
+    mentor: whose advice it considered, by its place in `LearnerDescription.mentors`.
+    all_advice: with several mentors, that of each; type code h.
+    """
 
     run: int
     episode: int
@@ -116,6 +121,8 @@ class Action(NamedTuple):
     learner: int = ANYONE
     advice: int = NO_ACTION
     observation_count: int = 0
+    mentor: int = 0
+    all_advice: tuple[int, ...] = ()
 
 
 class Episode(NamedTuple):
@@ -130,7 +137,11 @@ class Episode(NamedTuple):
 
 
 class Progress(NamedTuple):
-    """The result of an iteration; `confidence` is nan where no decision had advice."""
+    """
+    The result of an iteration; `confidence` is nan where no decision had advice.
+
+    With several mentors, one for all of them, then one with the name of each.
+    """
 
     run: int
     iteration: int
@@ -145,7 +156,7 @@ class Progress(NamedTuple):
 
 
 class Trust(NamedTuple):
-    """Confidence in every state."""
+    """Confidence in a mentor in every state; with several, one for each."""
 
     run: int
     confidence: array[float]  # type code f: rclpy checks a list element by element
@@ -167,7 +178,11 @@ class Values(NamedTuple):
 
 
 class LearnerDescription(NamedTuple):
-    """The learner and its settings (JSON); `digest` is empty at the start of a training."""
+    """
+    The learner and its settings (JSON); `digest` is empty at the start of a training.
+
+    mentors: their names; the only one may have none.
+    """
 
     run: int
     learner: int
@@ -177,6 +192,7 @@ class LearnerDescription(NamedTuple):
     seed: int
     remembers_advice: bool
     digest: str
+    mentors: tuple[str, ...] = ('',)
 
 
 # The message of each topic.
@@ -209,6 +225,28 @@ class ReceivedAdvice(NamedTuple):
     step: int
     state: int
     action: int
+
+
+class OtherAdvice(NamedTuple):
+    """What mentor m, not the first, advised in the observation that is answered next."""
+
+    m: int
+    action: int
+
+
+class ReceivedOtherAdvice(NamedTuple):
+    """A recommendation of mentor m, not the first, that a learner has received."""
+
+    m: int
+    run: int
+    episode: int
+    step: int
+    state: int
+    action: int
+
+
+# All that the journal of a learner holds.
+LEARNER_JOURNAL = (AnsweredObservation, ReceivedAdvice, OtherAdvice, ReceivedOtherAdvice)
 
 
 class Rejected(NamedTuple):

@@ -12,13 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from comply_ros.learner.learner_config import ConfigError, LearnerConfig
-from comply_ros.learner.learner_state import LATER_ARRAYS, LearnerState
+from comply_ros.learner.learner_state import LATER_ARRAYS, LearnerState, ONE_MENTOR
 from comply_ros.learner.learning_result import Learned, LearningError
+from comply_ros.mentor.several_mentors import MentorNameError, validate_mentor_names
 from comply_ros.storage.file_system import atomic_write, path_errors, PathError
 from comply_ros.storage.versions import FORMAT_VERSION
 
 ARRAYS = ('advice', 'policy', 'confidence')  # beside those of the learner's state
 FACTS = ('world', 'settings', 'format')
+MENTORS = 'mentors'  # the names of several; a file with one mentor need not have it
 MAX_TEXT = 200  # characters of what is wrong with the settings
 MAX_BYTES = 6_000_000_000  # of all arrays: the largest grid has 4096 x 4096 states of 300 bytes
 
@@ -36,7 +38,8 @@ def save_learning(path: str | Path, learned: Learned) -> None:
     with atomic_write(Path(path).expanduser()) as part, part.open('wb') as file:
         np.savez_compressed(
             file, **arrays, world=np.array(learned.world), format=np.array(FORMAT_VERSION),
-            settings=np.array(json.dumps(asdict(learned.config))))
+            settings=np.array(json.dumps(asdict(learned.config))),
+            **{MENTORS: np.array(learned.mentors)})
 
 
 def read_learning(path: str | os.PathLike[str]) -> Learned:
@@ -81,11 +84,11 @@ def _read_arrays(path: Path) -> dict[str, NDArray[Any]]:
 
 
 def _names() -> tuple[str, ...]:
-    return (*LearnerState._fields, *ARRAYS, *FACTS)
+    return (*LearnerState._fields, *ARRAYS, *FACTS, MENTORS)
 
 
 def _learned(arrays: dict[str, NDArray[Any]], source: str) -> Learned:
-    arrays = {**LATER_ARRAYS, **arrays} if arrays else {}
+    arrays = {**LATER_ARRAYS, MENTORS: np.array(ONE_MENTOR), **arrays} if arrays else {}
     missing = [name for name in _names() if name not in arrays]
     if not arrays:
         raise LearningError('it is no .npz file, or it is damaged')
@@ -106,4 +109,16 @@ def _learned(arrays: dict[str, NDArray[Any]], source: str) -> Learned:
     except (ValueError, TypeError, RecursionError):
         raise LearningError('its settings must be fields of a method') from None
     state = LearnerState(**{name: arrays[name] for name in LearnerState._fields})
-    return Learned(str(facts['world']), config, state, *(arrays[name] for name in ARRAYS), source)
+    return Learned(str(facts['world']), config, state, *(arrays[name] for name in ARRAYS), source,
+                   _mentors(arrays[MENTORS]))
+
+
+def _mentors(names: NDArray[Any]) -> tuple[str, ...]:
+    if names.dtype.kind != 'U' or names.ndim != 1:
+        raise LearningError('mentors must be a list of names')
+    mentors = tuple(names.tolist())
+    try:
+        validate_mentor_names(mentors)
+    except MentorNameError as error:
+        raise LearningError(str(error)[:MAX_TEXT]) from None
+    return mentors

@@ -6,6 +6,7 @@ import hashlib
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from comply_ros.learner.learning_result import LearningError
@@ -15,10 +16,12 @@ from comply_ros.mentor.mentor_policies import (
     MentorError,
     MentorSpec,
     parse_mentor_spec,
+    SEVERAL,
     sparse_policy,
 )
 from comply_ros.mentor.policy_text import format_policy, parse_policy
 from comply_ros.mentor.policy_validation import PolicyError
+from comply_ros.mentor.several_mentors import split_mentors
 from comply_ros.storage.file_system import atomic_write, PathError
 from comply_ros.storage.kernel_cache import cache_folder
 from comply_ros.storage.learning_file import read_learning
@@ -31,13 +34,21 @@ def read_mentor_spec(text: str) -> MentorSpec:
     """
     `MentorSpec` of a mentor; one from a file carries what is in it, read now.
 
-    The value of the `file:` kind is a text, that of the `learned:` kind a `Learned`.
+    The value of the `file:` kind is a text, that of the `learned:` kind a `Learned`, that of
+    several mentors a table of each by its name.
 
     Raises
     ------
     MentorError: for an unknown mentor or a file that cannot be read.
 
     """
+    mentors = split_mentors(text)
+    if len(mentors) > 1:
+        return MentorSpec(SEVERAL, {name: _read_one(each) for name, each in mentors.items()})
+    return _read_one(text)
+
+
+def _read_one(text: str) -> MentorSpec:
     spec = parse_mentor_spec(text)
     if spec.kind == 'learned':
         try:
@@ -55,7 +66,8 @@ def read_mentor_spec(text: str) -> MentorSpec:
 
 def is_slow(spec: MentorSpec, world: World, seed: int) -> bool:
     """Whether this mentor takes long to generate, and is not in the cache."""
-    return spec.kind == 'snapshot' and not _cache_file(spec, world, seed).exists()
+    return any(each.kind == 'snapshot' and not _cache_file(each, world, seed + place).exists()
+               for place, each in enumerate(spec.by_name().values()))
 
 
 def mentor_policy(spec: MentorSpec, world: World, seed: int,
@@ -63,7 +75,9 @@ def mentor_policy(spec: MentorSpec, world: World, seed: int,
     """
     `advice[s]` of a mentor from `read_mentor_spec`; -1 for no advice.
 
-    seed: which one of the mentors of this kind.
+    Of several mentors in rows, `advice[m * n_states + s]`.
+
+    seed: which one of the mentors of this kind; each of several has the next number.
     on_progress: called with the share that is done, from 0 to 1, by a mentor that takes long.
 
     Raises
@@ -71,6 +85,9 @@ def mentor_policy(spec: MentorSpec, world: World, seed: int,
     PolicyError: for a policy file, or a learning, that does not fit the world.
 
     """
+    if spec.kind == SEVERAL:
+        return np.concatenate([mentor_policy(each, world, seed + place, on_progress)
+                               for place, each in enumerate(spec.by_name().values())])
     if spec.kind in FROM_FILES:
         policy = policy_of_file(spec, world)
     elif spec.kind == 'snapshot':
@@ -112,3 +129,17 @@ def _cache_file(spec: MentorSpec, world: World, seed: int) -> Path:
     key = (world.sha256, spec.kind, spec.value, seed, FORMAT_VERSION, ALGORITHM_VERSION)
     name = hashlib.sha256(repr(key).encode()).hexdigest()[:24]
     return cache_folder() / 'mentors' / f'{name}.txt'
+
+
+def validate_files(spec: MentorSpec, world: World) -> None:
+    """
+    Return if mentors from files fit a world.
+
+    Raises
+    ------
+    PolicyError: otherwise.
+
+    """
+    for each in spec.by_name().values():
+        if each.kind in FROM_FILES:
+            policy_of_file(each, world)

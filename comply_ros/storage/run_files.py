@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The folder of a training's results, `summary.json`, and the numbers in it."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 import json
 from pathlib import Path
 import tempfile
@@ -46,22 +46,27 @@ def prepare_folder(path: str | Path) -> Path:
     return folder
 
 
-def summarize(training: TrainingSpec, reference: AnyReturns, mentor_return: float | None, *,
+def summarize(training: TrainingSpec, reference: AnyReturns,
+              mentor_returns: Mapping[str, float | None], *,
               seed: int, returns: list[float], steps: int, wall_seconds: float,
               digest: str | None, policy_return: float | None,
-              other_mentors: int = 0) -> dict[str, Any]:
+              other_mentors: int = 0, best_of_mentors_return: float | None = None,
+              ) -> dict[str, Any]:
     """
     One training as the table that `summary.json` holds; nothing in it is infinite or nan.
 
     reference: returns of the world. Where they are not known, neither is what is compared with
         them: it is None, and `unknown` has the names.
-    mentor_return: exact expected return of the mentor's policy, None without a mentor.
+    mentor_returns: exact expected return of each mentor's policy by its name; empty without one.
     returns: mean return of each iteration; convergence, ratio and regret are of those that learn.
     digest: of the learner's arrays; None for a learner that does not save them.
     policy_return: exact expected return of the policy that was learned, None without it.
-    other_mentors: how many mentors, besides that of the training, have advised the learner too.
+    other_mentors: how many mentors, besides those of the training, have advised the learner too.
+    best_of_mentors_return: of several mentors, that of `best_of_mentors`.
     """
     counted = returns[training.config.measuring_iterations:]
+    known = [each for each in mentor_returns.values() if each is not None]
+    mentor_return = max(known, default=None)
     optimality = None if mentor_return is None else reference.optimality(mentor_return)
     compared = compared_with(reference.optimal_return, training.profile, counted)
     return {
@@ -79,6 +84,8 @@ def summarize(training: TrainingSpec, reference: AnyReturns, mentor_return: floa
         **compared,
         'final_return': returns[-1], 'policy_return': policy_return, 'digest': digest,
         'other_mentors': other_mentors,
+        'mentor_returns': dict(mentor_returns) if len(mentor_returns) > 1 else {},
+        'best_of_mentors_return': best_of_mentors_return,
         'unknown': list(UNKNOWN) if reference.optimal_return is None else []}
 
 

@@ -17,11 +17,11 @@ from comply_ros.mentor.advice_budget import (
     validate_advice_budget,
     validate_advising,
 )
-from comply_ros.mentor.mentor_policies import FROM_FILES, MentorSpec
+from comply_ros.mentor.mentor_policies import MentorSpec
 from comply_ros.numerics.rng import SEED_LIMIT
 from comply_ros.storage.learning_file import read_learning
 from comply_ros.storage.map_files import read_world
-from comply_ros.storage.mentor_cache import policy_of_file, read_mentor_spec
+from comply_ros.storage.mentor_cache import read_mentor_spec, validate_files
 from comply_ros.world.grid import Grid
 from comply_ros.world.mdp import Source, World
 from comply_ros.world.transition_table import Table
@@ -113,10 +113,9 @@ def in_world(training: Spec, name: str, source: Source) -> Spec:
     if isinstance(source, Spaces):
         validate_mentor(spec, World(source))
         validate_advising(training.budget, training.advising, World(source))
-    if spec.kind in FROM_FILES:
-        policy_of_file(spec, World(source))
+    validate_files(spec, World(source))
     if initial:
-        begin_from(initial, World(source), training.config)
+        begin_from(initial, World(source), training.config, tuple(spec.by_name()))
     return replace(training, map_name=name, source=source)
 
 

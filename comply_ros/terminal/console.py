@@ -190,8 +190,17 @@ def _reference_rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str, str]
     yield 'optimal policy', f'{summary["optimal_return"]:.2f}', 'expected return of an episode'
     if summary['mentor_return'] is not None:
         optimality = summary['mentor_optimality']
-        yield ('mentor', f'{summary["mentor_return"]:.2f}', summary['mentor'] + (
-            '' if optimality is None else f', {optimality:.1%} optimal'))
+        share = '' if optimality is None else f', {optimality:.1%} optimal'
+        several = summary['mentor_returns']
+        best = max(several, key=several.__getitem__) if several else summary['mentor']
+        yield ('best mentor' if several else 'mentor', f'{summary["mentor_return"]:.2f}',
+               best + share)
+        for name, value in several.items():
+            if name != best:
+                yield f'mentor {name}', f'{value:.2f}', ''
+        if several:
+            yield ('best of mentors', f'{summary["best_of_mentors_return"]:.2f}',
+                   'of whoever follows the best one of them in each state')
     yield 'random policy', f'{summary["random_return"]:.2f}', ''
 
 

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from comply_ros.mentor.best_of_mentors import best_of_mentors, mentor_returns
 from comply_ros.mentor.policy_text import format_policy
 from comply_ros.storage.run_files import summarize, write_json
 from comply_ros.storage.training_spec import TrainingSpec
@@ -80,7 +81,7 @@ def write_results(training: TrainingSpec, folder: Path, reference: AnyReturns,
     Write the results of a training: what was learned first, then what is drawn of it.
 
     reference: of the world of the training.
-    advice: `advice[s]` of the mentor, None if it is not known.
+    advice: `advice[s]` of the mentor, or of several in rows; None if it is not known.
     outcomes: one table for each seed, with the arguments of `summarize`; `learning.npz` of the
         first is already in the folder, if that has a digest.
     """
@@ -95,8 +96,11 @@ def write_numbers(training: TrainingSpec, folder: Path, reference: AnyReturns,
     """Write all but the pictures; return the summary and the paths of the files."""
     if training.spec.kind == 'none':
         advice = None
-    mentor_return = None if advice is None else reference.return_of(advice)
-    summaries = [summarize(training, reference, mentor_return, **each) for each in outcomes]
+    returns = {} if advice is None else mentor_returns(training.spec, reference, advice)
+    best = None if len(returns) < 2 or reference.optimal_return is None else \
+        reference.return_of(best_of_mentors(reference.world, advice))
+    summaries = [summarize(training, reference, returns, best_of_mentors_return=best, **each)
+                 for each in outcomes]
     first = summaries[0]
     summary = first if len(summaries) == 1 else {
         key: [each[key] for each in summaries] if key in PER_SEED else value
@@ -105,8 +109,9 @@ def write_numbers(training: TrainingSpec, folder: Path, reference: AnyReturns,
     if first['digest'] is not None:
         files.append(folder / 'learning.npz')
     if advice is not None:
-        files.append(folder / 'mentor.txt')
-        files[-1].write_text(format_policy(advice, reference.world))
+        for name, row in zip(returns, advice.reshape(len(returns), -1)):
+            files.append(folder / (f'mentor_{name}.txt' if name else 'mentor.txt'))
+            files[-1].write_text(format_policy(row, reference.world))
     return summary, files
 
 

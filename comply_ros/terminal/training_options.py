@@ -13,6 +13,7 @@ from comply_ros.learner.presets import METHODS
 from comply_ros.mentor.advice_budget import UNLIMITED
 from comply_ros.mentor.mentor_policies import FROM_FILES, MentorError
 from comply_ros.mentor.policy_validation import PolicyError
+from comply_ros.mentor.several_mentors import joined, split_mentors
 from comply_ros.storage.gymnasium_moves import EnvironmentFault
 from comply_ros.storage.map_name import file_stem, map_names, OTHER_MAPS
 from comply_ros.storage.run_files import OutputError, prepare_folder
@@ -55,10 +56,14 @@ def training_parser(program: str, description: str) -> argparse.ArgumentParser:
         help='optimal, random, adversarial, noisy:P, snapshot:Q, file:PATH, learned:FILE.npz '
         '(what another training learned) or none; with @C behind it, in a share C of the states '
         'only (default: %(default)s)')
+    add('--mentors', nargs='+', metavar='SPEC',
+        help='several mentors instead of one, such as optimal noisy:0.6 anna=file:me.txt; the '
+        'last one has the name anna, the others have names by what they are')
     add('--mentor-seed', type=whole_number, default=0, metavar='K',
-        help='which one of the mentors of this kind (default: %(default)s)')
+        help='which one of the mentors of this kind; each of several has the next number '
+        '(default: %(default)s)')
     add('--budget', type=whole_number, default=UNLIMITED, metavar='N',
-        help='recommendations that the mentor may give; 0: no limit (default)')
+        help='recommendations that each mentor may give; 0: no limit (default)')
     add('--advising', default='early', metavar='WHEN',
         help='when a mentor with a budget gives advice: early (in the first states), important '
         '(where much depends on the action) or mistakes (where the learner last chose another '
@@ -82,12 +87,14 @@ def training_parser(program: str, description: str) -> argparse.ArgumentParser:
 def check_options(args: argparse.Namespace) -> TrainingOptions:
     """Return the checked options, with the folder made; raises one of MISTAKES."""
     is_external = args.external == 'world'
+    text = joined(args.mentors or args.mentor)
     training = spec_training(
-        None if is_external else args.map, args.method, args.mentor, profile=args.profile,
+        None if is_external else args.map, args.method, text, profile=args.profile,
         seed=args.seed, mentor_seed=args.mentor_seed, budget=args.budget, advising=args.advising,
         initial_learning=args.initial_learning, settings=dict(_changes(args)))
-    kind, _, value = args.mentor.partition(':')
-    mentor = Path(value).stem if kind in FROM_FILES else args.mentor.replace(':', '_')
+    kind, _, value = text.partition(':')
+    mentor = '-'.join(split_mentors(text)) or (
+        Path(value).stem if kind in FROM_FILES else text.replace(':', '_'))
     name = 'external' if is_external else file_stem(args.map)
     folder = f'{name}-{args.method}-{mentor}-{args.seed}'
     return TrainingOptions(

@@ -74,6 +74,6 @@ def test_advice_is_restored_from_its_arrays():
     before, after = buffer_after(state(), state(step=1, s=1)), AdviceBuffer(RUN, (1, 1))
     before.add_advice(advice(), ROOM)
     before.add_advice(advice(step=1, s=1, action=-1), ROOM)
-    after.load_arrays(before.arrays())
+    after.load_array(before.array())
     assert after.newest_advice(0) == advice()
     assert after.newest_advice(1) == advice(step=1, s=1, action=-1)

@@ -97,20 +97,21 @@ class Mute(Learner):
 class Gullible(Learner):
     """Follows any recommendation while it waits."""
 
-    def on_recommendation(self, msg):
+    def on_recommendation(self, msg, m=0):
         if self.waiting:
             msg = msg._replace(**dict(zip(('run', 'episode', 'step', 'state'), self.waiting)))
-        return super().on_recommendation(msg)
+        return super().on_recommendation(msg, m)
 
 
 class Undecided(Learner):
     """Changes its action when there is another recommendation."""
 
-    def on_recommendation(self, msg):
-        if self._action and msg.run == self.tracker.run and step_id(msg) == step_id(
-                self._action) and msg.action != self._action.advice >= 0:
-            self._action = self._action._replace(action=msg.action, followed=False)
-        return super().on_recommendation(msg)
+    def on_recommendation(self, msg, m=0):
+        answer = self._last_answer
+        if answer.action and msg.run == self.tracker.run and step_id(msg) == step_id(
+                answer.action) and msg.action != answer.action.advice >= 0:
+            answer.action = answer.action._replace(action=msg.action, followed=False)
+        return super().on_recommendation(msg, m)
 
 
 class Joining(Learner):

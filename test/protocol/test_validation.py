@@ -68,7 +68,7 @@ def test_an_observation_of_another_run_is_rejected_when_the_world_here_continues
     ({'model': 3}, 'model must be 0 NONE, 1 GRID, 2 TABLE, got 3'),
     ({'model': 0}, 'grid.rows must be empty in a world of model NONE, got 3 elements'),
     ({'cells': ('a',)}, 'cells must be empty in a world of model GRID, got 1 elements'),
-    ({'protocol': 1}, 'its messages must have protocol 2, as those of this version of '
+    ({'protocol': 1}, 'its messages must have protocol 3, as those of this version of '
      'comply_ros, got protocol 1: run nodes of one version'),
     ({'starts': (99,)}, 'a start must lie in the grid of 9 cells, got state 99')])
 def test_a_message_that_does_not_describe_a_world_is_rejected(changes, message):

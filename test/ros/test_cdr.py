@@ -69,7 +69,7 @@ def test_bytes_that_are_no_message_are_rejected_with_their_size():
     with pytest.raises(topics.MessageError) as error:
         topics.reader(topics.STATE)(old)
     assert str(error.value) == (
-        'a message on state must be a StateReward of protocol 2, got 36 bytes that are none: is '
+        'a message on state must be a StateReward of protocol 3, got 36 bytes that are none: is '
         'its publisher of another version of comply_ros?')
 
 

@@ -61,7 +61,8 @@ OLD_DEFINITIONS = {f'comply_msgs/msg/{name}': text.replace(', ', '\n') for name,
 TIME = 'builtin_interfaces/msg/Time'
 ARRAYS = {'starts': np.uint32, 'confidence': np.float32, 'action': np.int16, 'first': np.uint32,
           'successor': np.uint32, 'terminal': np.uint32, 'probability': np.float64,
-          'reward': np.float64, 'positions': np.float64, 'available': np.bool_}
+          'reward': np.float64, 'positions': np.float64, 'available': np.bool_,
+          'all_advice': np.int16}
 TOPICS = {StateReward: 'state', Recommendation: 'recommendation', Action: 'action',
           Episode: 'episode', Progress: 'progress'}
 

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tiny worlds whose numbers can be worked out by hand, and learners in them."""
 
+import numpy as np
+
 from comply_ros.learner.belief_update import update_belief
 from comply_ros.learner.confidence import confidence
 from comply_ros.learner.learner_config import LearnerConfig
@@ -27,18 +29,27 @@ def room(**settings):
     return World(grid('..G', '...', '...', **settings))
 
 
-class Bench:
-    """The settings and the fresh state of a learner in a small world, as kernels take them."""
+def advised(*actions):
+    """Return `advice[m]` of each mentor, -1 for none, as compiled kernels take it."""
+    return np.array(actions)
 
-    def __init__(self, world, **settings):
+
+class Bench:
+    """
+    The settings and the fresh state of a learner in a small world, as kernels take them.
+
+    n_mentors: number of mentors whose advice it takes.
+    """
+
+    def __init__(self, world, n_mentors=1, **settings):
         self.config = LearnerConfig(**settings)
-        self.kernel_config = self.config.for_kernels(world.n_actions)
-        self.state = initial_state(world, self.config)
+        self.kernel_config = self.config.for_kernels(world.n_actions, n_mentors)
+        self.state = initial_state(world, self.config, n_mentors)
 
     def confidence(self, as_run, s=4, advice=RIGHT, step=0):
-        """Return the confidence in the advice in state s, at a step of the episode."""
-        return as_run(confidence)(s, advice, step, self.kernel_config, self.state)
+        """Return the confidence in the first mentor's advice in state s, at a step."""
+        return as_run(confidence)(s, 0, advised(advice), step, self.kernel_config, self.state)
 
-    def update_belief(self, as_run, a, delta, s=4):
-        """Change the belief by a step with action a in state s, where RIGHT was advised."""
-        as_run(update_belief)(s, a, RIGHT, delta, self.kernel_config, self.state)
+    def update_belief(self, as_run, a, delta, s=4, m=0):
+        """Change the belief in mentor m by action a in state s, where it advised RIGHT."""
+        as_run(update_belief)(s, a, m, RIGHT, delta, self.kernel_config, self.state)

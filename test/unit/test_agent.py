@@ -33,9 +33,9 @@ def make_agent(**settings):
 
 def play_episode(agent, advice=(NO_ACTION, NO_ACTION)):
     """Lead the agent from 0 over 1 to the goal; return its decision there."""
-    agent.step(0, 0, 0.0, False, False, advice[0])
-    agent.step(1, 1, -1.0, False, False, advice[1])
-    return agent.step(2, 2, 10.0, True, False, NO_ACTION)
+    agent.step(0, 0, 0.0, False, False, (advice[0],))
+    agent.step(1, 1, -1.0, False, False, (advice[1],))
+    return agent.step(2, 2, 10.0, True, False, (NO_ACTION,))
 
 
 def test_an_iteration_ends_with_its_result():
@@ -78,8 +78,8 @@ def test_it_has_finished_after_the_last_iteration():
 
 def test_an_episode_without_its_first_steps_does_not_count_but_teaches():
     agent = make_agent()
-    first = agent.step(1, 1, -1.0, False, False, NO_ACTION)
-    assert agent.step(2, 2, 10.0, True, False, NO_ACTION).iteration is None
+    first = agent.step(1, 1, -1.0, False, False, (NO_ACTION,))
+    assert agent.step(2, 2, 10.0, True, False, (NO_ACTION,)).iteration is None
     assert agent.state.q[1, first.action] > 0.0
     assert agent.steps == 1
     assert play_episode(agent).iteration.number == 1
@@ -87,12 +87,12 @@ def test_an_episode_without_its_first_steps_does_not_count_but_teaches():
 
 def test_after_a_gap_the_reward_teaches_nothing_and_the_episode_does_not_count():
     agent = make_agent(trace_decay=0.9)
-    agent.step(0, 0, 0.0, False, False, NO_ACTION)
-    agent.step(1, 1, -1.0, False, False, NO_ACTION)
+    agent.step(0, 0, 0.0, False, False, (NO_ACTION,))
+    agent.step(1, 1, -1.0, False, False, (NO_ACTION,))
     assert agent.state.traces.any()
     before = agent.state.q.copy()
     agent.forget_last_action()
-    assert agent.step(2, 2, 10.0, True, False, NO_ACTION).iteration is None
+    assert agent.step(2, 2, 10.0, True, False, (NO_ACTION,)).iteration is None
     assert (agent.state.q == before).all() and agent.steps == 1
     assert not agent.state.traces.any()
 
@@ -100,13 +100,13 @@ def test_after_a_gap_the_reward_teaches_nothing_and_the_episode_does_not_count()
 def test_measuring_changes_nothing_but_the_counters():
     agent = make_agent(measuring_iterations=1, trust='head_start', replays=True)
     before = agent.state.digest()
-    agent.step(0, 0, 0.0, False, False, RIGHT)
-    agent.step(1, 1, -1.0, False, False, RIGHT)
+    agent.step(0, 0, 0.0, False, False, (RIGHT,))
+    agent.step(1, 1, -1.0, False, False, (RIGHT,))
     assert agent.state.digest() == before and agent.steps == 1
     assert not agent.learns
-    agent.step(2, 2, 10.0, True, False, NO_ACTION)
+    agent.step(2, 2, 10.0, True, False, (NO_ACTION,))
     assert agent.learns
-    agent.step(0, 0, 0.0, False, False, RIGHT)
+    agent.step(0, 0, 0.0, False, False, (RIGHT,))
     assert agent.state.digest() != before
 
 
@@ -120,16 +120,16 @@ def test_the_confidence_of_an_iteration_is_the_mean_over_the_decisions_with_advi
 
 def test_a_decision_says_whether_it_follows_advice():
     agent = make_agent(trust='scheduled', confidence=1.0)
-    assert agent.step(0, 0, 0.0, False, False, RIGHT) == (RIGHT, True, 1.0, None)
-    assert agent.step(1, 1, -1.0, False, False, NO_ACTION)[1:] == (False, 0.0, None)
+    assert agent.step(0, 0, 0.0, False, False, (RIGHT,)) == (RIGHT, True, 1.0, None, 0)
+    assert agent.step(1, 1, -1.0, False, False, (NO_ACTION,))[1:] == (False, 0.0, None, -1)
 
 
 def test_traces_end_with_the_episode():
     agent = make_agent(trace_decay=0.9)
-    agent.step(0, 0, 0.0, False, False, NO_ACTION)
-    agent.step(1, 1, -1.0, False, False, NO_ACTION)
+    agent.step(0, 0, 0.0, False, False, (NO_ACTION,))
+    agent.step(1, 1, -1.0, False, False, (NO_ACTION,))
     assert agent.state.traces.any()
-    agent.step(2, 2, 10.0, True, False, NO_ACTION)
+    agent.step(2, 2, 10.0, True, False, (NO_ACTION,))
     assert not agent.state.traces.any()
 
 
@@ -146,8 +146,8 @@ def test_an_agent_that_is_reset_is_as_a_new_one():
 
 @pytest.mark.parametrize('steps', range(6))
 def test_an_agent_that_is_restored_at_any_step_continues_with_the_same_bits(steps):
-    observations = [(0, 0, 0.0, False, False, RIGHT), (1, 1, -1.0, False, False, RIGHT),
-                    (2, 2, 10.0, True, False, NO_ACTION)] * 3
+    observations = [(0, 0, 0.0, False, False, (RIGHT,)), (1, 1, -1.0, False, False, (RIGHT,)),
+                    (2, 2, 10.0, True, False, (NO_ACTION,))] * 3
     settings = {'trust': 'beta', 'trace_decay': 0.5, 'iterations': 9}
     agent, again = make_agent(**settings), make_agent(**settings)
     for observation in observations[:steps]:
@@ -163,7 +163,7 @@ def test_an_agent_that_is_restored_at_any_step_continues_with_the_same_bits(step
 
 def test_a_state_that_was_saved_before_a_new_array_is_restored():
     agent, again = make_agent(), make_agent()
-    agent.step(0, 0, 0.0, False, False, RIGHT)
+    agent.step(0, 0, 0.0, False, False, (RIGHT,))
     values, arrays = agent.state_dict()
     again.load_state_dict(values, {name: array for name, array in arrays.items()
                                    if name not in LATER_ARRAYS})
@@ -265,8 +265,8 @@ def test_a_mentor_that_missed_the_last_action_before_a_goal_receives_it_again(ki
 def test_an_agent_learns_in_a_world_without_a_model():  # (2.15): q = 0 + 1 * (5 - 0)
     agent = Agent(LearnerConfig(episodes=1, iterations=1), seed=0)
     agent.start(World(Spaces(300, ('go', 'wait', 'turn'), 10)))
-    first = agent.step(299, 0, 0.0, False, False, NO_ACTION)
-    last = agent.step(7, 1, 5.0, True, False, NO_ACTION)
+    first = agent.step(299, 0, 0.0, False, False, (NO_ACTION,))
+    last = agent.step(7, 1, 5.0, True, False, (NO_ACTION,))
     assert (last.action, last.iteration.mean_return, agent.finished) == (NO_ACTION, 5.0, True)
     assert agent.state.q[299, first.action] == 5.0
     assert agent.state.q.sum() == 5.0

@@ -109,7 +109,8 @@ def test_a_bag_of_an_unknown_version_is_rejected(messages, tmp_path):
     strange = {**OLD_DEFINITIONS, 'comply_msgs/msg/WorldDescription': text}
     bag = write_bag(tmp_path / 'bag', messages, definitions=strange)
     with pytest.raises(BagError, match='comply_msgs/msg/WorldDescription must have the fields of '
-                       'protocol 2, or those of version 0.1.0; in the bag it has no protocol, '):
+                       'protocol 3, of protocol 2 or of version 0.1.0; in the bag it has no '
+                       'protocol, '):
         list(DecodedMessages(Bag(bag)))
 
 

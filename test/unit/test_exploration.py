@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from tiny_worlds import Bench, corridor, FOUR, room
+from tiny_worlds import advised, Bench, corridor, FOUR, room
 
 from comply_ros.learner.exploration import (
     choose,
@@ -79,7 +79,8 @@ def test_epsilon_greedy_in_a_state_with_no_other_action_gives_the_excluded_one(a
 def test_a_method_with_epsilon_does_not_draw_by_the_softmax(as_run, epsilon, action):
     bench = Bench(room(), epsilon=epsilon, temperature=1e6)
     bench.state.q[4, RIGHT] = 1.0  # a hot softmax draws by chance
-    assert as_run(choose)(4, -1, 0, 0.5, 0.11, bench.kernel_config, bench.state)[0] == action
+    assert as_run(choose)(
+        4, advised(-1), 0, 0.5, 0.11, bench.kernel_config, bench.state)[0] == action
 
 
 # (3.2), (3.7): the advice with probability p, else the own choice
@@ -90,7 +91,7 @@ def test_the_advice_is_followed_with_probability_p(as_run, u_listen, excludes, a
                   temperature=1e-9)
     bench.state.q[4] = [1.0, 0.0, 2.0, 0.5]
     assert as_run(choose)(
-        4, DOWN, 0, u_listen, 0.5, bench.kernel_config, bench.state) == (action, 0.9)
+        4, advised(DOWN), 0, u_listen, 0.5, bench.kernel_config, bench.state) == (action, 0.9, 0)
 
 
 @pytest.mark.parametrize('settings, advice', [
@@ -99,7 +100,7 @@ def test_without_advice_or_trust_the_choice_is_its_own(as_run, settings, advice)
     bench = Bench(room(), temperature=1e-9, **settings)
     bench.state.q[4] = [1.0, 0.0, 2.0, 0.5]
     assert as_run(choose)(
-        4, advice, 0, 0.0, 0.5, bench.kernel_config, bench.state) == (DOWN, 0.0)
+        4, advised(advice), 0, 0.0, 0.5, bench.kernel_config, bench.state) == (DOWN, 0.0, -1)
 
 
 # As for four actions above, with a fifth of the value 1: weights e^-2, 1, 0, e^-4, e^-2 with the

@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from tiny_worlds import Bench, room
+from tiny_worlds import advised, Bench, room
 
 from comply_ros.learner.belief_update import pooled_belief
 from comply_ros.learner.confidence import apply_advice_prior, exploration_probability
@@ -20,7 +20,7 @@ def head_start(**settings):
 
 def advise(as_run, bench, advice, s=4):
     """Apply the prior of advice in a state."""
-    as_run(apply_advice_prior)(s, advice, bench.kernel_config, bench.state)
+    as_run(apply_advice_prior)(s, advised(advice), bench.kernel_config, bench.state)
 
 
 def test_an_advised_action_starts_above_the_others_once(as_run):
@@ -46,8 +46,8 @@ def test_the_state_counts_how_often_the_advice_is_the_best_action(as_run):
     assert (bench.state.advice_agreed[0], bench.state.advice_seen[0]) == (2.0, 3.0)
     # 0.2 times the share of other advice, 1 - 2/3; without advice 0.2
     explores = as_run(exploration_probability)
-    assert explores(UP, bench.kernel_config, bench.state) == pytest.approx(0.2 / 3)
-    assert explores(-1, bench.kernel_config, bench.state) == 0.2
+    assert explores(advised(UP), bench.kernel_config, bench.state) == pytest.approx(0.2 / 3)
+    assert explores(advised(-1), bench.kernel_config, bench.state) == 0.2
 
 
 def test_the_best_action_is_followed_unless_another_is_explored(as_run):
@@ -74,7 +74,8 @@ def test_a_choice_follows_explores_or_takes_the_best_action(
     bench.state.q[4] = [1.0, 2.0, 3.0, 0.0]
     bench.state.visits[4, [RIGHT, DOWN]] = 2.0
     bench.state.advice_agreed[0], bench.state.advice_seen[0] = 1.0, 4.0
-    chosen, _ = as_run(choose)(4, advice, 0, u_listen, u_act, bench.kernel_config, bench.state)
+    chosen, *_ = as_run(choose)(
+        4, advised(advice), 0, u_listen, u_act, bench.kernel_config, bench.state)
     assert chosen == action
 
 
@@ -82,7 +83,7 @@ def test_a_choice_follows_explores_or_takes_the_best_action(
 def test_equally_good_actions_are_equally_likely(as_run, u, action):
     bench = head_start()
     bench.state.q[4] = [3.0, 2.0, 1.0, 3.0]
-    chosen, _ = as_run(choose)(4, -1, 0, 0.0, u, bench.kernel_config, bench.state)
+    chosen, *_ = as_run(choose)(4, advised(-1), 0, 0.0, u, bench.kernel_config, bench.state)
     assert chosen == action
 
 
@@ -112,7 +113,7 @@ def test_a_learned_prior_of_explicit_values_is_the_mean_of_both(as_run):  # (3.1
     bench.state.q[0] = [-np.inf, 5.0, -np.inf, 3.0]
     # listening 0.5 * 1 + 0.5 * 5, discarding 0.5 * 3
     bench.update_belief(as_run, RIGHT, 0.0, 0)
-    assert as_run(pooled_belief)(bench.kernel_config, bench.state) == ((1.0 + 3.0) / 2, 1.5 / 2)
+    assert as_run(pooled_belief)(0, bench.kernel_config, bench.state) == ((1.0 + 3.0) / 2, 1.5 / 2)
 
 
 def test_without_a_learned_prior_the_first_belief_is_that_of_the_settings(as_run):

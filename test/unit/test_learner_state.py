@@ -17,7 +17,7 @@ SCALARS = ('scheduled_confidence', 'temperature', 'trust_rate', 'guided_stage', 
            'advice_agreed', 'advice_seen', 'pool_size', 'pool_listen', 'pool_discard')
 FIELDS = ('q', 'visits', 'belief', 'departures', *SCALARS, 'traces', 'trail', 'outcomes',
           'half_difference', 'model', 'pooled', 'values', 'potential', 'advised', 'predecessors',
-          'queue', 'queued', 'workspace')
+          'queue', 'queued', 'workspace', 'confidences')
 OF_A_MODEL = FIELDS[FIELDS.index('model'):]
 
 
@@ -57,7 +57,7 @@ def test_every_array_counts_in_the_digest(name):
     settings = {'learns_model': True} if name in OF_A_MODEL else {'replays': True}
     if name == 'half_difference':
         settings = {'doubles': True, 'off_policy': True}
-    state = Bench(corridor(), **settings).state
+    state = Bench(corridor(), 2 if name == 'confidences' else 1, **settings).state
     before = state.digest()
     getattr(state, name).flat[0] = 7
     assert state.digest() != before

@@ -165,8 +165,8 @@ def test_a_reset_returns_to_what_the_learner_began_with():
     agent = Agent(config, 1, training.learned())
     agent.start(world)
     begun = agent.state.digest()
-    agent.step(60, 0, 0.0, False, False, UP)
-    agent.step(61, 1, -1.0, False, False, UP)
+    agent.step(60, 0, 0.0, False, False, (UP,))
+    agent.step(61, 1, -1.0, False, False, (UP,))
     agent.state.q[60, UP] = 7.0
     agent.reset()
     assert agent.state.digest() == begun
@@ -179,16 +179,16 @@ def test_a_learner_that_stops_to_learn_acts_by_its_policy_and_changes_nothing():
     agent = Agent(replace(BETA, iterations=0, episodes=1), 1)
     agent.start(ROOM)
     for step, s in enumerate((0, 3, 4)):
-        agent.step(s, step, -1.0 if step else 0.0, False, False, UP)
+        agent.step(s, step, -1.0 if step else 0.0, False, False, (UP,))
     advice = no_advice(ROOM)
     advice[[0, 3, 4]] = UP
     agent.reconfigure(replace(agent.config, learns=False), advice)
     before = agent.state.digest()
-    assert [agent.step(s, 3 + k, -1.0, False, False, NO_ACTION)[:3]
+    assert [agent.step(s, 3 + k, -1.0, False, False, (NO_ACTION,))[:3]
             for k, s in enumerate((0, 3, 4))] == 3 * [(UP, False, 0.0)]
     assert agent.state.digest() == before
     agent.reconfigure(replace(agent.config, learns=True), advice)
-    agent.step(3, 6, -1.0, False, False, UP)
+    agent.step(3, 6, -1.0, False, False, (UP,))
     assert agent.state.digest() != before
 
 

@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from tiny_worlds import Bench, room
+from tiny_worlds import advised, Bench, room
 
 from comply_ros.learner.learning_step import choose_and_learn
 from comply_ros.world.grid import DOWN, NO_ACTION, RIGHT, UP
@@ -18,19 +18,19 @@ def step(as_run, bench, learns=True, last_action=RIGHT, terminated=False, advice
     bench.state.q[4], bench.state.q[4, UP] = 1.0, 3.0
     bench.state.q[3, RIGHT] = 1.0
     return as_run(choose_and_learn)(
-        learns, 3, last_action, NO_ACTION, -1.0, 4, 1, terminated, advice, u_listen, 0.0,
-        bench.kernel_config, bench.state, POLICY)
+        learns, 3, last_action, advised(NO_ACTION), -1.0, 4, 1, terminated, advised(advice),
+        u_listen, 0.0, bench.kernel_config, bench.state, POLICY)
 
 
 def test_it_learns_towards_the_action_that_it_chooses(as_run):  # 1 + 0.5 (-1 + 3 - 1)
     bench = Bench(room(), **SARSA)
-    assert step(as_run, bench) == (UP, 0.75)
+    assert step(as_run, bench) == (UP, 0.75, 0)
     assert bench.state.q[3, RIGHT] == pytest.approx(1.5)
 
 
 def test_the_end_of_an_episode_has_no_action_and_the_value_0(as_run):  # 1 + 0.5 (-1 - 1)
     bench = Bench(room(), **SARSA)
-    assert step(as_run, bench, terminated=True) == (NO_ACTION, 0.0)
+    assert step(as_run, bench, terminated=True) == (NO_ACTION, 0.0, -1)
     assert bench.state.q[3, RIGHT] == pytest.approx(0.0)
 
 
@@ -42,6 +42,6 @@ def test_nothing_is_learned_from_what_it_did_not_do_or_only_measures(as_run, cha
 
 
 def test_without_learning_it_acts_by_its_policy(as_run):
-    assert step(as_run, Bench(room(), learns=False, **SARSA), learns=False) == (DOWN, 0.0)
+    assert step(as_run, Bench(room(), learns=False, **SARSA), learns=False) == (DOWN, 0.0, -1)
     assert step(as_run, Bench(room(), learns=False, **SARSA), learns=False,
-                terminated=True) == (NO_ACTION, 0.0)
+                terminated=True) == (NO_ACTION, 0.0, -1)

@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from tiny_worlds import Bench, corridor, grid, room
+from tiny_worlds import advised, Bench, corridor, grid, room
 
 from comply_ros.learner.learner_state import HITS, LARGEST_REWARD, OUTCOMES, SCALE, TRIALS
 from comply_ros.learner.outcome_model import back_up, propagate, record_transition, TERMINAL
@@ -142,8 +142,8 @@ def test_a_reward_is_passed_on_to_the_states_that_lead_there_at_once(as_run):
     # 0 leads to 1, and 1 to the goal with 10: 0 is worth 9 before it is seen again.
     bench = Bench(corridor(), learns_model=True)
     for s, r, s2, done in ((0, -1.0, 1, False), (1, 10.0, 2, True)):
-        as_run(learn)(s, RIGHT, r, s2, -1 if done else RIGHT, done, -1, 0.0, bench.kernel_config,
-                      bench.state)
+        as_run(learn)(s, RIGHT, r, s2, -1 if done else RIGHT, done, advised(-1), 0.0,
+                      bench.kernel_config, bench.state)
     assert bench.state.q[0, RIGHT] == pytest.approx(9.0 - 2 * COST)
     assert bench.state.queue[1] == 0  # nobody waits any more
 
@@ -159,7 +159,8 @@ def test_one_step_backs_up_twenty_states_at_most(as_run):
 
 def test_the_end_of_an_episode_backs_up_its_states_and_forgets_it(as_run):
     bench = Bench(corridor(), learns_model=True)
-    as_run(learn)(0, RIGHT, -1.0, 1, RIGHT, False, -1, 0.0, bench.kernel_config, bench.state)
+    as_run(learn)(0, RIGHT, -1.0, 1, RIGHT, False, advised(-1), 0.0, bench.kernel_config,
+                  bench.state)
     bench.state.values[1] = 5.0
     as_run(finish_episode)(bench.kernel_config, bench.state)
     assert bench.state.q[0, RIGHT] == pytest.approx(4.0, abs=0.01)

@@ -4,7 +4,7 @@
 import math
 
 import pytest
-from tiny_worlds import Bench, room
+from tiny_worlds import advised, Bench, room
 
 from comply_ros.learner.exploration import choose
 from comply_ros.learner.model_exploration import doubtful_probability, new_probability
@@ -28,20 +28,20 @@ def tried(bench, *values, s=4):
 
 def hear(as_run, bench, advice, s=4):
     """Hear advice in a state, and return the record: how often it was good, of how many times."""
-    as_run(hear_advice)(s, advice, bench.kernel_config, bench.state)
+    as_run(hear_advice)(s, advised(advice), bench.kernel_config, bench.state)
     return bench.state.advice_agreed[0], bench.state.advice_seen[0]
 
 
 @pytest.mark.parametrize('agreed, credit', [(8.0, 1.0), (6.0, 0.25), (4.0, 0.0), (1.0, 0.0)])
 def test_the_credit_of_a_mentor_falls_to_0_at_one_half(as_run, agreed, credit):
-    assert as_run(credence)(mentored(agreed, 8.0).state) == pytest.approx(credit)
+    assert as_run(credence)(0, mentored(agreed, 8.0).state) == pytest.approx(credit)
 
 
 def test_a_mentor_that_was_not_proved_is_in_doubt_where_outcomes_are_random(as_run):
     bench = mentored()
-    assert as_run(doubt_of)(bench.state) == pytest.approx(1 - 1 / 1.1)
+    assert as_run(doubt_of)(0, bench.state) == pytest.approx(1 - 1 / 1.1)
     bench.state.pooled[:2] = 3.0  # p is 1
-    assert as_run(doubt_of)(bench.state) == 0.0
+    assert as_run(doubt_of)(0, bench.state) == 0.0
 
 
 def test_outcomes_are_most_random_where_half_of_them_are_usual(as_run):
@@ -54,9 +54,9 @@ def test_outcomes_are_most_random_where_half_of_them_are_usual(as_run):
 def test_good_advice_may_be_worse_by_a_slack_that_falls_with_visits_and_record(as_run):
     bench = mentored(6.0, 8.0)  # 0.12 * 10 * 1 * 0.25 / sqrt(3 + 1) = 0.15
     tried(bench, 0.86, 1.0, 0.84, 0.0)
-    slack = as_run(advice_slack)(4, LEFT, bench.kernel_config, bench.state)
+    slack = as_run(advice_slack)(4, 0, LEFT, bench.kernel_config, bench.state)
     assert slack == pytest.approx(0.15)
-    holds = [as_run(advice_holds)(4, a, bench.kernel_config, bench.state) for a in range(4)]
+    holds = [as_run(advice_holds)(4, 0, a, bench.kernel_config, bench.state) for a in range(4)]
     assert holds == [True, True, False, False]
 
 
@@ -64,10 +64,10 @@ def test_in_a_loop_only_the_best_advice_holds_and_nothing_that_leaves_more_to_tr
     bench = mentored()
     tried(bench, 0.99, 1.0, 0.0, 0.0)
     bench.state.traces[4, 0] = 8.0
-    holds = [as_run(advice_holds)(4, a, bench.kernel_config, bench.state) for a in range(4)]
+    holds = [as_run(advice_holds)(4, 0, a, bench.kernel_config, bench.state) for a in range(4)]
     assert holds == [False, True, False, False]
     bench.state.visits[4, DOWN] = 1.0
-    assert not as_run(advice_holds)(4, RIGHT, bench.kernel_config, bench.state)
+    assert not as_run(advice_holds)(4, 0, RIGHT, bench.kernel_config, bench.state)
 
 
 def test_advice_counts_once_it_was_tried_and_another_action_too(as_run):
@@ -107,11 +107,11 @@ def test_other_actions_are_worth_no_more_than_tried_advice_of_a_mentor_with_cred
 def test_without_advice_untried_actions_are_explored_and_with_it_as_far_as_it_is_in_doubt(as_run):
     bench = mentored(6.0, 7.9)  # doubt 1 - 6 / 8
     bench.state.q[4] = [0.0, 1.0, 0.0, 0.0]
-    explores = [as_run(new_probability)(4, a, bench.kernel_config, bench.state)
+    explores = [as_run(new_probability)(4, advised(a), bench.kernel_config, bench.state)
                 for a in (-1, LEFT, RIGHT)]
     assert explores == pytest.approx([0.4, 0.4, 0.1])
     bench.state.potential[4] = [0.2, 0.0, 0.4, 0.0]
-    doubtful = [as_run(doubtful_probability)(4, a, bench.kernel_config, bench.state)
+    doubtful = [as_run(doubtful_probability)(4, advised(a), bench.kernel_config, bench.state)
                 for a in (-1, LEFT, RIGHT)]
     assert doubtful == pytest.approx([0.6, 0.6, 0.15])
 
@@ -130,7 +130,8 @@ def test_a_choice_follows_or_tries_what_is_in_doubt_or_new_or_is_the_best(
     tried(bench, 0.0, 1.0, 0.0, 0.0)
     bench.state.visits[4, UP] = 1.0
     bench.state.potential[4] = [0.2, 0.0, 0.4, 0.0]
-    chosen, p = as_run(choose)(4, advice, 0, u_listen, u_act, bench.kernel_config, bench.state)
+    chosen, p, _ = as_run(choose)(
+        4, advised(advice), 0, u_listen, u_act, bench.kernel_config, bench.state)
     assert chosen == action
     assert p == pytest.approx(0.765 if advice == RIGHT else 0.0)
 
@@ -140,13 +141,14 @@ def test_the_untried_advice_of_a_mentor_that_is_mostly_wrong_is_left_out(as_run)
     bench.state.q[4] = [0.0, 1.0, 0.0, 0.0]
     bench.state.visits[4, [RIGHT, DOWN]] = 4.0  # left and up are new
     for u_act in (0.0, 0.99):
-        chosen, _ = as_run(choose)(4, LEFT, 0, 0.99, u_act, bench.kernel_config, bench.state)
+        chosen, *_ = as_run(choose)(
+            4, advised(LEFT), 0, 0.99, u_act, bench.kernel_config, bench.state)
         assert chosen == UP
 
 
 def test_equally_good_actions_are_equally_likely_with_a_model(as_run):
     bench = mentored()
     tried(bench, 2.0, 2.0, 1.0, 2.0)
-    chosen = [as_run(choose)(4, -1, 0, 0.5, u, bench.kernel_config, bench.state)[0]
+    chosen = [as_run(choose)(4, advised(-1), 0, 0.5, u, bench.kernel_config, bench.state)[0]
               for u in (0.0, 0.34, math.nextafter(1.0, 0.0))]
     assert chosen == [LEFT, RIGHT, UP]

@@ -153,7 +153,7 @@ def test_learning_npz_has_the_arrays_of_the_learner(trained):
     with np.load(folder / 'learning.npz') as learned:
         assert learned['q'].shape == (121, 4)
         assert set(learned) == {*LearnerState._fields, 'advice', 'policy', 'confidence', 'world',
-                                'settings', 'format'}
+                                'settings', 'format', 'mentors'}
         assert ((0 <= learned['confidence']) & (learned['confidence'] <= 1)).all()
     world = World(read_map('bar_grid', 'published'))
     assert parse_policy((folder / 'mentor.txt').read_text(), world).shape == (121,)

@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from tiny_worlds import Bench, room
+from tiny_worlds import advised, Bench, room
 
 from comply_ros.learner.exploration import expected_value
 from comply_ros.learner.update_rules import decay_schedules, learn, learning_rate
@@ -16,7 +16,7 @@ def step(as_run, bench, done=False, advice=-1, a=RIGHT):
     """Learn from (4, a, -1, 5, UP) with q[4] = 2 and q[5] = (1, -inf, 6, 4); return the state."""
     bench.state.q[4] = 2.0
     bench.state.q[5] = [1.0, -np.inf, 6.0, 4.0]
-    as_run(learn)(4, a, -1.0, 5, UP, done, advice, 0.0, bench.kernel_config, bench.state)
+    as_run(learn)(4, a, -1.0, 5, UP, done, advised(advice), 0.0, bench.kernel_config, bench.state)
     return bench.state
 
 
@@ -70,7 +70,7 @@ def test_double_q_learning_learns_one_table_from_the_other(as_run, u, tables):
     state.q[4, RIGHT], state.half_difference[4, RIGHT] = 2.0, 1.0
     state.q[5] = [1.0, -np.inf, 6.0, 4.0]
     state.half_difference[5] = [0.0, 0.0, 2.0, 1.0]
-    as_run(learn)(4, RIGHT, -1.0, 5, UP, False, -1, u, bench.kernel_config, state)
+    as_run(learn)(4, RIGHT, -1.0, 5, UP, False, advised(-1), u, bench.kernel_config, state)
     q, half = state.q[4, RIGHT], state.half_difference[4, RIGHT]
     assert (q + half, q - half) == pytest.approx(tables)
     assert state.visits[4, RIGHT] == 2.0 and state.departures[4] == 2.0
@@ -159,7 +159,8 @@ def test_an_error_reaches_the_steps_before(as_run):  # the pseudo-code of Sarsa(
     # Three steps 3 -> 4 -> 5 of one episode: q 0, rate 0.5, gamma 0.9, lambda 0.5, r = -1.
     bench = Bench(room(), trace_decay=0.5, **HALF)
     for s, s2 in ((3, 4), (4, 5)):
-        as_run(learn)(s, RIGHT, -1.0, s2, UP, False, -1, 0.0, bench.kernel_config, bench.state)
+        as_run(learn)(s, RIGHT, -1.0, s2, UP, False, advised(-1), 0.0, bench.kernel_config,
+                      bench.state)
     # the second error of -1 reaches 3 with the trace 0.9 * 0.5: -0.5 - 0.5 * 0.45
     assert bench.state.q[[3, 4], RIGHT].tolist() == pytest.approx([-0.725, -0.5])
     assert bench.state.traces[[3, 4], RIGHT].tolist() == pytest.approx([0.2025, 0.45])
@@ -169,7 +170,7 @@ def watkins(as_run, a2, **settings):
     """Return the traces after a step from 4 to the right, before action a2, q[5] as in `step`."""
     bench = Bench(room(), trace_decay=0.5, off_policy=True, **settings, **HALF)
     bench.state.q[5] = [1.0, -np.inf, 6.0, 4.0]
-    as_run(learn)(4, RIGHT, -1.0, 5, a2, False, -1, 0.0, bench.kernel_config, bench.state)
+    as_run(learn)(4, RIGHT, -1.0, 5, a2, False, advised(-1), 0.0, bench.kernel_config, bench.state)
     assert bench.state.q[4, RIGHT] == pytest.approx(0.5 * (-1.0 + 0.9 * 6.0))  # (2.17)
     return bench.state.traces.sum()
 

@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from tiny_worlds import Bench, corridor, FOUR, room
+from tiny_worlds import advised, Bench, corridor, FOUR, room
 
 from comply_ros.learner.update_rules import learn
 from comply_ros.learner.usual_outcome import (
@@ -66,7 +66,7 @@ def walked(as_run, *steps, **settings):
     """Return a bench after steps (s, a, r, s2, done) of one episode."""
     bench = Bench(room(), replays=True, off_policy=True, initial_value=0.0, **settings)
     for s, a, r, s2, done in steps:
-        as_run(learn)(s, a, r, s2, LEFT, done, -1, 0.0, bench.kernel_config, bench.state)
+        as_run(learn)(s, a, r, s2, LEFT, done, advised(-1), 0.0, bench.kernel_config, bench.state)
     return bench
 
 
