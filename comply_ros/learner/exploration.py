@@ -32,7 +32,8 @@ def choose(s: int, advice: Advice, step: int, u_listen: float, u_act: float,
 
     The advice that counts (see `most_trusted_mentor`) is followed where u_listen < p. Otherwise
     the softmax (2.24) decides, or the best action and chance (epsilon-greedy); with a head start,
-    an action never tried or the best one; with a model, see `model_action`.
+    an action never tried or the best one; with a model, see `model_action`; with a planner and an
+    epsilon of 0, a best action.
 
     Parameters
     ----------
@@ -55,8 +56,9 @@ def own_action(s: int, m: int, advice: Advice, u_listen: float, u_act: float,
     """Return the action in state s where the advice of mentor m (-1: none) is not followed."""
     if len(config.has_model) > 0:
         return model_action(s, advice, u_listen, u_act, config, state)
-    if config.trust == HEAD_START:
-        explores = u_listen >= 1.0 - exploration_probability(advice, config, state)
+    greedy = len(config.has_planner) > 0 and config.epsilon == 0.0
+    if greedy or config.trust == HEAD_START:
+        explores = not greedy and u_listen >= 1.0 - exploration_probability(advice, config, state)
         return greedy_or_untried_action(
             s, explores, u_act, state.q, state.visits, config.actions)
     excluded = advice[m] if config.excludes_refused and m >= 0 else -1

@@ -16,6 +16,9 @@ TRUSTS = ('none', 'scheduled', 'beta', 'explicit', 'shaping', 'jump_start', 'hea
 (NO_TRUST, SCHEDULED, BETA, EXPLICIT, SHAPING, JUMP_START, HEAD_START,
  TRACK_RECORD) = range(len(TRUSTS))
 
+PLANNERS = 'none', 'prioritized_sweeping', 'r_max', 'mbie_eb', 'psrl'
+NO_PLANNER, PRIORITIZED_SWEEPING, R_MAX, MBIE_EB, PSRL = range(len(PLANNERS))
+
 TINY = 1e-9  # the softmax needs a temperature above 0
 ANY = 1_000_000  # bound of a field that needs none
 
@@ -57,12 +60,26 @@ class LearnerConfig:
     learns_model: bool = _field(
         False, 'Compute action values from counts of all outcomes of each action, with a prior of '
         'slips that is learned over all states, backed up to the states that lead there')
+    planner: str = _field(
+        'none', 'Compute action values from counts of all outcomes of each action, without a '
+        'prior of slips: of all that was tried (prioritized_sweeping), of what was tried often '
+        'enough (r_max), with a bonus for what was tried seldom (mbie_eb), or of a model drawn '
+        'for each episode (psrl)', choices=PLANNERS)
+    known_after: int = _field(
+        5, 'r_max: until an action was tried this many times, its value is that of one that was '
+        'never tried', 1, ANY)
+    count_bonus: float = _field(
+        0.3, 'mbie_eb: what is added to the value of an action, over the root of how often it was '
+        'tried', 0, ANY)
+    unseen_weight: float = _field(
+        0.01, 'psrl: the prior of an outcome not seen yet, which has the value of an action that '
+        'was never tried, counts as much as this many samples', TINY, ANY)
     slip_prior: float = _field(
         8.0, 'learns_model: the prior of an action counts as much as this many samples', TINY,
         ANY)
     untried_value: float = _field(
-        0.65, 'learns_model: value of an action that was never tried, as a share of the largest '
-        'reward seen', 0, 1)
+        0.65, 'learns_model and planner: value of an action that was never tried, as a share of '
+        'the largest reward seen; for a planner, on top of initial_value', 0, 1)
     advice_slack: float = _field(
         0.12, 'track_record: by how much the value of good advice may lie below the best one, as '
         'a share of the largest reward; it falls with the visits and with the record', 0, 1,
@@ -160,6 +177,7 @@ class LearnerConfig:
     def __post_init__(self) -> None:
         for each in fields(self):
             _check(each, getattr(self, each.name))
+        self._check_planner()
         for name in ('replays', 'learns_model'):
             if getattr(self, name) and self.visit_growth != 1.0:
                 raise ConfigError(f'visit_growth must be 1.0 where {name} is true, '
@@ -189,18 +207,32 @@ class LearnerConfig:
             raise ConfigError('belief_listen and belief_discard must be above 0 where trust is '
                               f'beta, got {self.belief_listen} and {self.belief_discard}')
 
+    def _check_planner(self) -> None:
+        if self.planner == 'none':
+            return
+        for name, value in (('learns_model', False), ('replays', False), ('expects', False),
+                            ('doubles', False), ('trust', 'none'), ('visit_growth', 1.0),
+                            ('trace_decay', 0.0)):
+            if getattr(self, name) != value:
+                raise ConfigError(f'{name} must be {field_text(value)} where planner is '
+                                  f'{self.planner}, got {field_text(getattr(self, name))}')
+        if self.planner == 'mbie_eb' and self.discount == 1.0:
+            raise ConfigError('discount must be below 1 where planner is mbie_eb, got 1.0')
+
     def for_kernels(self, n_actions: int, n_mentors: int = 1) -> KernelConfig:
         """
-        Return the fields as a tuple for kernels, with `trust` as its index in TRUSTS.
+        Return the fields as a tuple for kernels, `trust` and `planner` as numbers.
 
         n_actions: of the world; the field `actions` has it, see `actions_for_kernels`. The field
-            `has_model` has one element with a model and none without, and `mentors` one for each
-            mentor: lengths that the compiler knows, so that each has machine code of its own.
+            `has_model` has one element with a model and none without, `has_planner` with a
+            planner, and `mentors` one for each mentor: lengths that the compiler knows, so that
+            each has machine code of its own.
         """
         values = {name: getattr(self, name) for name in CONFIG_FIELDS}
-        return KernelConfig(**{**values, 'trust': TRUSTS.index(self.trust)},
-                            actions=actions_for_kernels(n_actions),
+        values |= {'trust': TRUSTS.index(self.trust), 'planner': PLANNERS.index(self.planner)}
+        return KernelConfig(**values, actions=actions_for_kernels(n_actions),
                             has_model=(1,) if self.learns_model else (),
+                            has_planner=(1,) if self.planner != 'none' else (),
                             mentors=n_mentors * (1,))
 
     def needs_mentor(self) -> bool:
@@ -220,7 +252,8 @@ class LearnerConfig:
 
 
 CONFIG_FIELDS = {each.name: each for each in fields(LearnerConfig)}
-KernelConfig: Any = namedtuple('KernelConfig', (*CONFIG_FIELDS, 'actions', 'has_model', 'mentors'))
+KernelConfig: Any = namedtuple('KernelConfig', (
+    *CONFIG_FIELDS, 'actions', 'has_model', 'has_planner', 'mentors'))
 TYPES = {'bool': bool, 'int': int, 'float': float, 'str': str}  # as the fields are annotated
 PARSERS: dict[type, Callable[[str], Any]] = {
     bool: lambda text: {'true': True, 'false': False}[text.lower()], int: read_integer,
@@ -232,6 +265,11 @@ KINDS: dict[type, str] = {
 def field_type(name: str) -> type:
     """Type of the values of a field: bool, int, float or str."""
     return TYPES[str(CONFIG_FIELDS[name].type)]
+
+
+def field_text(value: Any) -> str:
+    """Return the value of a field as it is written in YAML."""
+    return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def _check(each: Field[Any], value: Any) -> None:

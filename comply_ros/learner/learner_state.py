@@ -65,9 +65,12 @@ class LearnerState(NamedTuple):
     advised: int64: `advised[s]`, the newest advice, -1 for none; rows as of `belief`.
     predecessors: int64: `predecessors[s]`: a number of states that lead to s, then these states.
     queue: int64: where the first state that waits for a backup is, and how many wait; then a ring
-        of states.
-    queued: int64: `queued[s]`, 1 if the state waits.
+        of states. With a planner: how many wait, then a heap of states, see `promote`.
+    queued: int64: `queued[s]`, 1 if the state waits; with a planner, its place in the heap or 0.
     workspace: what the last backup knew of each action.
+    priority: `priority[s]` of a state that waits, with a planner.
+    sampled: `sampled[s, a, k]`, the probability of outcome k in the model that PSRL has drawn; the
+        last one is that of an outcome not seen yet.
 
     """
 
@@ -98,6 +101,8 @@ class LearnerState(NamedTuple):
     queue: Array
     queued: Array
     workspace: Array
+    priority: Array
+    sampled: Array
     confidences: Array
 
     def views(self) -> LearnerState:
@@ -138,9 +143,7 @@ def initial_state(world: World, config: LearnerConfig, n_mentors: int = 1) -> Le
         traces=np.zeros((traced, n_actions)),
         trail=np.zeros(1 + n_actions * traced, dtype=np.int64),
         outcomes=np.zeros((states if config.replays else 0, n_actions, 3)),
-        half_difference=np.zeros((states, n_actions)) if config.doubles else NO_DIFFERENCE,
-        confidences=np.zeros(n_mentors) if n_mentors > 1 else NO_CONFIDENCES,
-        **(_model_arrays(states, n_actions, n_mentors) if config.learns_model else NO_MODEL))
+        **{**LATER_ARRAYS, **_later_arrays(states, n_actions, config, n_mentors)})
 
 
 def arranged_state(state: LearnerState, before: Sequence[str], after: Sequence[str],
@@ -167,21 +170,36 @@ def arranged_rows(array: Array, before: Sequence[str], after: Sequence[str],
     return found
 
 
-def _model_arrays(states: int, n_actions: int, n_mentors: int) -> dict[str, Array]:
-    """Return the arrays of a learner with a model that has not seen anything yet."""
-    return {
-        'model': np.zeros((states, n_actions, OUTCOMES, 3)), 'pooled': np.zeros(4),
-        'values': np.zeros(states), 'potential': np.zeros((states, n_actions)),
-        'advised': np.full(n_mentors * states, -1),
-        'predecessors': np.zeros((states, 1 + PREDECESSORS), dtype=np.int64),
-        'queue': np.zeros(2 + states, dtype=np.int64),
-        'queued': np.zeros(states, dtype=np.int64), 'workspace': np.zeros((n_actions, 5))}
+def _later_arrays(states: int, n_actions: int, config: LearnerConfig,
+                  n_mentors: int) -> dict[str, Array]:
+    """Return those of LATER_ARRAYS that the settings use, before anything was seen."""
+    arrays: dict[str, Array] = {}
+    if config.doubles:
+        arrays['half_difference'] = np.zeros((states, n_actions))
+    if config.learns_model or config.planner != 'none':
+        arrays |= {
+            'model': np.zeros((states, n_actions, OUTCOMES, 3)), 'pooled': np.zeros(4),
+            'predecessors': np.zeros((states, 1 + PREDECESSORS), dtype=np.int64),
+            'queue': np.zeros(2 + states, dtype=np.int64),
+            'queued': np.zeros(states, dtype=np.int64)}
+    if config.learns_model:
+        arrays |= {
+            'values': np.zeros(states), 'potential': np.zeros((states, n_actions)),
+            'advised': np.full(n_mentors * states, -1), 'workspace': np.zeros((n_actions, 5))}
+    if config.planner != 'none':
+        arrays['priority'] = np.zeros(states)
+    if config.planner == 'psrl':
+        arrays['sampled'] = np.zeros((states, n_actions, OUTCOMES + 1))
+    if n_mentors > 1:
+        arrays['confidences'] = np.zeros(n_mentors)
+    return arrays
 
 
-# The same arrays of any other learner.
-NO_MODEL: dict[str, Array] = {
-    name: np.zeros(array.ndim * (0,), dtype=array.dtype)
-    for name, array in _model_arrays(0, 0, 1).items()}
-NO_DIFFERENCE, NO_CONFIDENCES = np.zeros((0, 0)), np.zeros(0)
-# Arrays that came later: what was saved before has none of them.
-LATER_ARRAYS = {**NO_MODEL, 'half_difference': NO_DIFFERENCE, 'confidences': NO_CONFIDENCES}
+# Arrays that came later, as they are where the settings do not use them: what was saved before has
+# none of them.
+LATER_ARRAYS: dict[str, Array] = {
+    **{name: np.zeros(0) for name in ('pooled', 'values', 'priority', 'confidences')},
+    **{name: np.zeros((0, 0)) for name in ('half_difference', 'potential', 'workspace')},
+    **{name: np.zeros(0, dtype=np.int64) for name in ('advised', 'queue', 'queued')},
+    'predecessors': np.zeros((0, 0), dtype=np.int64), 'sampled': np.zeros((0, 0, 0)),
+    'model': np.zeros((0, 0, 0, 0))}

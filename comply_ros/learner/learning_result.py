@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from comply_ros.learner.confidence import confidence_map, trusted_advice
-from comply_ros.learner.learner_config import LearnerConfig
+from comply_ros.learner.learner_config import field_text, LearnerConfig
 from comply_ros.learner.learner_state import (
     arranged_state,
     initial_state,
@@ -29,7 +29,7 @@ TRUSTED = 0.5  # a learner that does not explore follows advice of more confiden
 # Schedules, and what belongs to an episode or waits: a learner that begins from others' values has
 # its own.
 STARTS_ANEW = ('scheduled_confidence', 'temperature', 'trust_rate', 'guided_stage', 'best_return',
-               'traces', 'trail', 'queue', 'queued', 'workspace')
+               'traces', 'trail', 'queue', 'queued', 'workspace', 'priority', 'sampled')
 
 
 class LearningError(ValueError):
@@ -191,10 +191,12 @@ def begin_from(learned: Learned, world: World, config: LearnerConfig,
 
     """
     learned.validate(world)
-    for name in ('replays', 'learns_model'):
-        if getattr(config, name) and not getattr(learned.config, name):
-            raise LearningError(f'{learned.source} must be of a learner with {name} true, as this '
-                                f'one is, got one with {name} false')
+    for name in ('replays', 'learns_model', 'planner'):
+        own, other = getattr(config, name), getattr(learned.config, name)
+        if own != other and own not in (False, 'none'):
+            raise LearningError(
+                f'{learned.source} must be of a learner with {name} {field_text(own)}, as this '
+                f'one is, got one with {name} {field_text(other)}')
     fresh = initial_state(world, config, len(mentors))
     state = changed_state(learned.state, world, learned.config, config)
     state = arranged_state(state, learned.mentors, mentors, fresh)

@@ -84,6 +84,8 @@ _ALONE = LearnerConfig(
     iterations=399)
 _TEXTBOOK = LearnerConfig(  # of Sutton and Barto (2018), example 6.6: 500 episodes
     learning_rate=0.5, learning_rate_exponent=0.0, epsilon=0.1, iterations=100, episodes=5)
+_PLANNING = LearnerConfig(  # the theory of R-MAX and MBIE-EB needs a discount below 1
+    off_policy=True, untried_value=1.0, discount=0.99, iterations=399)
 BASELINES = {
     # Probabilistic policy reuse: follow with psi nu^h in step h of an episode, else explore
     # (Fernandez and Veloso, AAMAS 2006, pi-reuse; psi 1, nu 0.95 as there).
@@ -100,6 +102,18 @@ BASELINES = {
     'expected_sarsa': replace(_TEXTBOOK, expects=True),
     # Van Hasselt, Double Q-learning, NIPS 2010; Sutton and Barto (2018), section 6.7.
     'double_q_learning': replace(_TEXTBOOK, off_policy=True, doubles=True),
+    # Moore and Atkeson, Prioritized Sweeping, Machine Learning 13, 1993; as Dyna-Q: Sutton and
+    # Barto (2018), section 8.4, with expected updates.
+    'prioritized_sweeping': replace(
+        _PLANNING, planner='prioritized_sweeping', untried_value=0.0, epsilon=0.1),
+    # Brafman and Tennenholtz, R-MAX, JMLR 3, 2002; the largest reward is that seen so far.
+    'r_max': replace(_PLANNING, planner='r_max'),
+    # Strehl and Littman, Model-based Interval Estimation, JCSS 74, 2008: MBIE-EB, a bonus of
+    # beta / sqrt(n). What is not known must be worth more than the bonuses of what is.
+    'mbie_eb': replace(_PLANNING, planner='mbie_eb', initial_value=10.0),
+    # Osband, Russo and Van Roy, (More) Efficient RL via Posterior Sampling, NIPS 2013; an action
+    # is drawn anew when its samples have doubled: Ouyang et al., NIPS 2017 (there, all are).
+    'psrl': replace(_PLANNING, planner='psrl'),
 }
 
 PUBLISHED['beta_implicit_off_policy'] = replace(  # section 4.4

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from comply_ros.learner.learner_config import CONFIG_FIELDS, ConfigError, LearnerConfig
+from comply_ros.learner.learner_config import CONFIG_FIELDS, ConfigError, field_text, LearnerConfig
 from comply_ros.learner.learner_state import DISCARD, IN_POOL, initial_state, LearnerState
 from comply_ros.world.mdp import World
 
@@ -31,11 +31,11 @@ def changed_config(config: LearnerConfig, changes: dict[str, Any],
     if iterations != config.iterations and 0 < iterations <= iterations_done:
         raise ConfigError(f'iterations must be 0, or above the {iterations_done} that are done, '
                           f'got {iterations}')
-    for name in ('replays', 'learns_model'):
+    for name in ('replays', 'learns_model', 'planner'):
         before = getattr(config, name)
         if changes.get(name, before) != before:
-            raise ConfigError(f'{name} must stay {str(before).lower()} while a learner runs, '
-                              f'since its arrays differ, got {str(changes[name]).lower()}')
+            raise ConfigError(f'{name} must stay {field_text(before)} while a learner runs, '
+                              f'since its arrays differ, got {field_text(changes[name])}')
     return replace(config, **changes)
 
 

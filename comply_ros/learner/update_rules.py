@@ -9,6 +9,7 @@ from comply_ros.learner.exploration import expected_value
 from comply_ros.learner.learner_config import BETA, EXPLICIT, KernelConfig
 from comply_ros.learner.learner_state import Advice, LearnerState
 from comply_ros.learner.outcome_model import learn_outcome
+from comply_ros.learner.prioritized_sweeping import learn_and_sweep
 from comply_ros.learner.usual_outcome import backup, mark_visited, record_outcome
 from comply_ros.numerics.action_values import count_actions, max_q_except, NOTHING
 from comply_ros.numerics.jit import kernel
@@ -20,18 +21,21 @@ def learn(s: int, a: int, r: float, s2: int, a2: int, done: bool, advice: Advice
     """
     Change all arrays by one transition: SARSA (2.15), Q-learning (2.17), compliance (3.3).
 
-    With a model, see `learn_outcome`.
+    With a model, see `learn_outcome`; with a planner, `learn_and_sweep`.
 
     Parameters
     ----------
     done: s2 is terminal and has the value 0.
     advice: `advice[m]`, the action of each mentor in s, -1 for none.
-    u: uniform in [0, 1): which of two tables learns.
+    u: uniform in [0, 1): which of two tables learns, or the seed of what PSRL draws.
 
     """
     state.departures[s] += 1.0
     if len(config.has_model) > 0:
         learn_outcome(s, a, r, s2, done, config, state)
+        return
+    if len(config.has_planner) > 0:
+        learn_and_sweep(s, a, r, s2, done, u, config, state)
         return
     if config.doubles:
         learn_double(s, a, r, s2, done, u < 0.5, config, state)

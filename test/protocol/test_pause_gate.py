@@ -318,6 +318,8 @@ def test_another_kind_of_trust_starts_again_and_what_else_was_learned_stays():
      'differ, got true'),
     ({'replays': True}, 'replays must stay false while a learner runs, since its arrays differ, '
                         'got true'),
+    ({'planner': 'r_max'}, 'planner must stay none while a learner runs, since its arrays differ, '
+                           'got r_max'),
     ({'belief_listen': 0.0}, 'belief_listen and belief_discard must be above 0 where trust is '
                              'beta, got 0.0 and 2.0'),
     ({'trust': 'explicit'}, 'trust_rate must lie in [0, 1] where trust is explicit, got 2.0')])

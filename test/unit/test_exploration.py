@@ -103,6 +103,14 @@ def test_without_advice_or_trust_the_choice_is_its_own(as_run, settings, advice)
         4, advised(advice), 0, 0.0, 0.5, bench.kernel_config, bench.state) == (DOWN, 0.0, -1)
 
 
+@pytest.mark.parametrize(('epsilon', 'action'), [(0.0, DOWN), (0.6, LEFT)])
+def test_a_planner_takes_the_best_action_unless_it_has_an_epsilon(as_run, epsilon, action):
+    bench = Bench(room(), planner='r_max', epsilon=epsilon)
+    bench.state.q[4] = [1.0, 0.0, 2.0, 0.5]
+    assert as_run(choose)(
+        4, advised(-1), 0, 0.0, 0.1, bench.kernel_config, bench.state) == (action, 0.0, -1)
+
+
 # As for four actions above, with a fifth of the value 1: weights e^-2, 1, 0, e^-4, e^-2 with the
 # sum 1.2889862: shares end at 0.1049937, 0.8807971, 0.8807971, 0.8950063, 1.
 @pytest.mark.parametrize('n_actions', [5, 20])

@@ -45,14 +45,15 @@ def with_trust(trust):
 def test_kernels_get_every_field_as_a_number():
     names = tuple(each.name for each in fields(LearnerConfig))
     assert tuple(CONFIG_FIELDS) == names
-    assert KernelConfig._fields == (*names, 'actions', 'has_model')
+    assert KernelConfig._fields == (*names, 'actions', 'has_model', 'has_planner', 'mentors')
     config = find_method('explicit', 'report')
     kernel_config = config.for_kernels(4)
     assert TRUSTS[kernel_config.trust] == 'explicit'
-    assert all(isinstance(value, (bool, int, float)) for value in kernel_config[:-2])
+    assert all(isinstance(value, (bool, int, float)) for value in kernel_config[:-3])
     assert len(kernel_config.actions) == 4
     for name in names:
-        assert name == 'trust' or getattr(kernel_config, name) == getattr(config, name)
+        value = getattr(kernel_config, name)
+        assert name in ('trust', 'planner') or value == getattr(config, name)
 
 
 def test_every_field_has_a_text_and_every_number_a_range():
@@ -114,6 +115,22 @@ def test_what_a_method_cannot_be_at_the_same_time_is_rejected(settings, message)
 def test_a_model_of_outcomes_rules_out_other_ways_to_learn(settings, message):
     with pytest.raises(ConfigError) as error:
         LearnerConfig(**{'learns_model': True, **settings})
+    assert str(error.value) == message
+
+
+@pytest.mark.parametrize(('settings', 'message'), [
+    ({'learns_model': True}, 'learns_model must be false where planner is mbie_eb, got true'),
+    ({'doubles': True, 'off_policy': True},
+     'doubles must be false where planner is mbie_eb, got true'),
+    ({'trust': 'beta'}, 'trust must be none where planner is mbie_eb, got beta'),
+    ({'visit_growth': 0.5}, 'visit_growth must be 1.0 where planner is mbie_eb, got 0.5'),
+    ({'trace_decay': 0.8}, 'trace_decay must be 0.0 where planner is mbie_eb, got 0.8'),
+    ({'discount': 1.0}, 'discount must be below 1 where planner is mbie_eb, got 1.0'),
+    ({'planner': 'dyna'}, 'planner must be one of none, prioritized_sweeping, r_max, mbie_eb, '
+     "psrl, got 'dyna'")])
+def test_a_planner_rules_out_other_ways_to_learn(settings, message):
+    with pytest.raises(ConfigError) as error:
+        LearnerConfig(**{'planner': 'mbie_eb', 'discount': 0.9, **settings})
     assert str(error.value) == message
 
 

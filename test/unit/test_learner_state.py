@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from tiny_worlds import Bench, corridor
 
-from comply_ros.learner.learner_state import LearnerState
+from comply_ros.learner.learner_state import LATER_ARRAYS, LearnerState
 
 # The fields in the order in which the digest of version 0.1.0 goes over them. There the scalars
 # were one array, `schedule`.
@@ -17,8 +17,9 @@ SCALARS = ('scheduled_confidence', 'temperature', 'trust_rate', 'guided_stage', 
            'advice_agreed', 'advice_seen', 'pool_size', 'pool_listen', 'pool_discard')
 FIELDS = ('q', 'visits', 'belief', 'departures', *SCALARS, 'traces', 'trail', 'outcomes',
           'half_difference', 'model', 'pooled', 'values', 'potential', 'advised', 'predecessors',
-          'queue', 'queued', 'workspace', 'confidences')
-OF_A_MODEL = FIELDS[FIELDS.index('model'):]
+          'queue', 'queued', 'workspace', 'priority', 'sampled', 'confidences')
+OF_A_MODEL = FIELDS[FIELDS.index('model'):FIELDS.index('priority')]
+OF_A_PLANNER = ('model', 'pooled', 'predecessors', 'queue', 'queued', 'priority', 'sampled')
 
 
 def test_a_fresh_state_knows_which_actions_there_are():
@@ -57,10 +58,24 @@ def test_every_array_counts_in_the_digest(name):
     settings = {'learns_model': True} if name in OF_A_MODEL else {'replays': True}
     if name == 'half_difference':
         settings = {'doubles': True, 'off_policy': True}
+    if name in ('priority', 'sampled'):
+        settings = {'planner': 'psrl'}
     state = Bench(corridor(), 2 if name == 'confidences' else 1, **settings).state
     before = state.digest()
     getattr(state, name).flat[0] = 7
     assert state.digest() != before
+
+
+@pytest.mark.parametrize(('settings', 'used'), [
+    ({}, ()), ({'doubles': True, 'off_policy': True}, ('half_difference',)),
+    ({'learns_model': True}, OF_A_MODEL), ({'planner': 'r_max'}, OF_A_PLANNER[:-1]),
+    ({'planner': 'psrl'}, OF_A_PLANNER)], ids=str)
+def test_an_array_that_the_settings_do_not_use_has_no_elements(settings, used):
+    state = Bench(corridor(), **settings).state
+    assert {name for name in LATER_ARRAYS if getattr(state, name).size} == set(used)
+    for name, array in LATER_ARRAYS.items():
+        assert (array.ndim, array.dtype) == (
+            getattr(state, name).ndim, getattr(state, name).dtype), name
 
 
 def test_every_field_is_in_the_tests_above():

@@ -115,7 +115,8 @@ def test_a_learner_begins_with_values_and_beliefs_and_with_schedules_of_its_own(
     state, fresh = begin_from(before.learned(), world, config), initial_state(world, config)
     for name, array in state._asdict().items():
         own = name in ('scheduled_confidence', 'temperature', 'trust_rate', 'guided_stage',
-                       'best_return', 'traces', 'trail', 'queue', 'queued', 'workspace')
+                       'best_return', 'traces', 'trail', 'queue', 'queued', 'workspace',
+                       'priority', 'sampled')
         assert (array == getattr(fresh if own else before.state, name)).all(), name
         assert not np.shares_memory(array, getattr(before.state, name))
 
@@ -136,6 +137,10 @@ def test_a_learning_without_a_model_cannot_begin_one_with_a_model():
     with pytest.raises(LearningError, match='must be of a learner with learns_model true'):
         begin_from(trained('sarsa').learned(), World(read_map('bar_grid', 'published')),
                    METHODS['published']['model_based'])
+    with pytest.raises(LearningError, match='must be of a learner with planner psrl, as this one '
+                                            'is, got one with planner r_max'):
+        begin_from(trained('r_max').learned(), World(read_map('bar_grid', 'published')),
+                   METHODS['published']['psrl'])
 
 
 def test_a_learning_of_another_world_is_rejected_with_both_hashes():

@@ -45,3 +45,14 @@ def test_without_learning_it_acts_by_its_policy(as_run):
     assert step(as_run, Bench(room(), learns=False, **SARSA), learns=False) == (DOWN, 0.0, -1)
     assert step(as_run, Bench(room(), learns=False, **SARSA), learns=False,
                 terminated=True) == (NO_ACTION, 0.0, -1)
+
+
+@pytest.mark.parametrize(('step', 'learns', 'draws'), [
+    (0, True, True), (1, True, False), (0, False, False)])
+def test_psrl_draws_a_model_when_an_episode_begins(step, learns, draws):
+    bench = Bench(room(), planner='psrl', discount=0.9)
+    bench.state.model[4, UP, 0] = 1, 7, -1.0
+    bench.state.visits[4, UP] = bench.state.departures[4] = 2.0
+    choose_and_learn(learns, 0, NO_ACTION, (NO_ACTION,), 0.0, 4, step, False, (NO_ACTION,), 0.5,
+                     0.0, bench.kernel_config, bench.state, POLICY)
+    assert bench.state.sampled.any() == draws

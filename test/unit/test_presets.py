@@ -104,6 +104,15 @@ def test_the_settings_of_the_textbook_are_those_of_its_example_6_6(name):
     assert config.off_policy == ('q_learning' in name)
 
 
+@pytest.mark.parametrize('name', ['prioritized_sweeping', 'r_max', 'mbie_eb', 'psrl'])
+def test_a_planner_has_the_name_of_its_row(name):
+    config = find_method(name, 'published')
+    assert config.planner == name and config.discount == 0.99
+    assert (config.epsilon, config.untried_value) == (
+        (0.1, 0.0) if name == 'prioritized_sweeping' else (0.0, 1.0))
+    assert config.initial_value == (10.0 if name == 'mbie_eb' else 0.0)
+
+
 def test_explicit_trust_starts_with_the_lead_of_the_prior():  # (3.13): 0.5 log(0.9 / 0.1)
     config = METHODS['report']['explicit']
     lead = listening_lead(0.9, config.listen_temperature)
