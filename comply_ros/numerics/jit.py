@@ -11,6 +11,8 @@ Function = TypeVar('Function', bound=FunctionType)
 KERNELS: dict[str, Callable[..., Any]] = {}
 # Of them, those that compiled code calls: the field without which it does not, and a stand-in.
 CALLED: dict[Callable[..., Any], tuple[str, Any]] = {}
+# No code that counts references, and none for callers in C: there are none of either.
+WITHOUT: Any = {'_nrt': False, 'no_cfunc_wrapper': True}
 SPOILED = EOFError, ImportError, OSError, ValueError, UnpicklingError  # what a bad cache raises
 
 
@@ -25,6 +27,7 @@ class CodeCache(Protocol):
 
 
 _caches: list[CodeCache] = []  # the one in use, if any
+_registered: set[Callable[..., Any]] = set()  # kernels that compiled code can call
 
 
 def use_cache(code_cache: CodeCache) -> None:
@@ -67,26 +70,33 @@ def compiled(entry: Callable[..., Any]) -> Callable[..., Any]:
     """
     try:
         import numba
-        from numba.extending import register_jitable
     except ImportError:
         return entry
-    for function in KERNELS.values():
-        if function in CALLED:
-            _register_call(function, *CALLED[function])
-        elif function is not entry:
-            register_jitable(_nrt=False, forceinline=True)(function)
+    _register_kernels()
     folder = _caches[0].folder() if _caches else None
     if folder:
         setattr(numba.config, 'CACHE_DIR', folder)
-    return numba.njit(nogil=True, error_model='numpy', cache=bool(folder), _nrt=False)(entry)
+    return numba.njit(nogil=True, error_model='numpy', cache=bool(folder), **WITHOUT)(entry)
+
+
+def _register_kernels() -> None:
+    """Let compiled code call all kernels; each is registered once, so entries share its code."""
+    from numba.extending import register_jitable
+    for function in KERNELS.values():
+        if function in _registered:
+            continue
+        _registered.add(function)
+        if function in CALLED:
+            _register_call(function, *CALLED[function])
+        else:
+            register_jitable(forceinline=True, **WITHOUT)(function)
 
 
 def _register_call(function: Callable[..., Any], field: str, otherwise: Any) -> None:
     """Let compiled code call a kernel, or a stand-in where the field of a tuple is empty."""
     from numba.extending import overload
-    options: Any = {'_nrt': False}
 
-    @overload(function, jit_options=options, strict=False)
+    @overload(function, jit_options=WITHOUT, strict=False)
     def choose(*kinds: Any) -> Callable[..., Any]:
         for kind in kinds:
             fields = getattr(kind, 'fields', ())

@@ -173,7 +173,12 @@ class World:
         return self.model == 'none' or s2 in self.successor[s].tolist()
 
     def arrays(self) -> WorldArrays:
-        """Return what kernels need; the arrays are not copied."""
+        """
+        Return what kernels need; no array is copied, but for `starts`.
+
+        Its int64 makes every state one in compiled code: for states of int32 and of int64, each
+        kernel is compiled twice.
+        """
         if self.model == 'table':
             table = self.table
             outcomes = table.first, table.successor, table.reward, table.probability
@@ -182,9 +187,9 @@ class World:
                         np.zeros(0))
         intended = float(self.grid.intended) if self.model == 'grid' else 1.0
         return WorldArrays(
-            self.successor, self.reward, self.slips, *outcomes, self.terminal, self.starts,
-            intended, self.step_limit, actions_for_kernels(self.n_actions),
-            (1,) if self.model == 'table' else ())
+            self.successor, self.reward, self.slips, *outcomes, self.terminal,
+            self.starts.astype(np.int64), intended, self.step_limit,
+            actions_for_kernels(self.n_actions), (1,) if self.model == 'table' else ())
 
 
 def action_type(n_actions: int) -> DTypeLike:
