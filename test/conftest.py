@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What tests share: kernels plain and compiled, and a ROS domain of its own for each test."""
 
+from functools import cache
 import signal
 
 import pytest
@@ -17,7 +18,32 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 @pytest.fixture(params=['plain', 'compiled'])
 def as_run(request):
     """Return a function that gives a kernel as it runs in a callback, and in a compiled loop."""
-    return compiled if request.param == 'compiled' else lambda kernel: kernel
+    return called_compiled if request.param == 'compiled' else lambda kernel: kernel
+
+
+@cache
+def called_compiled(kernel):
+    """Return a compiled function that calls a kernel, whose code the compiled loop then shares."""
+    def entry(*arguments):
+        return kernel(*arguments)
+    return compiled(entry)
+
+
+def pytest_collection_modifyitems(items):
+    """
+    Order the tests so that of two processes, one compiles the kernels with a model.
+
+    `--dist worksteal` gives each process one half. Those kernels have types of their own, so they
+    share no code with the others, which the first process compiles; what it has compiled is in
+    the cache when the second one needs it.
+    """
+    names = 'model_based', 'test_outcome_model', 'test_track_record'
+    of_model = [item for item in items if any(name in item.nodeid for name in names)]
+    moved = set(of_model)
+    others = [item for item in items if item not in moved]
+    others.sort(key=lambda item: 'as_run' not in getattr(item, 'fixturenames', ()))
+    half = len(items) // 2
+    items[:] = [*others[:half], *of_model, *others[half:]]
 
 
 @pytest.fixture

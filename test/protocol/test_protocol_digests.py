@@ -5,7 +5,7 @@ from dataclasses import replace
 import random
 
 from actor_network import OrderedNetwork, RUN, ShuffledNetwork
-from bar_grid_training import PRESETS
+from bar_grid_training import PRESETS, use_plain_kernels
 import pytest
 from tiny_tables import frozen_lake, hall, machine
 from tiny_worlds import grid
@@ -61,12 +61,11 @@ def run_in_order(world, config, policy, seed):
     return learner
 
 
-@pytest.mark.parametrize('name', [  # with a model, to compile takes twice as long
-    pytest.param(name, marks=pytest.mark.long) if config.learns_model or config.planner != 'none'
-    else name for name, config in sorted(METHODS['published'].items())])
+@pytest.mark.parametrize('name', sorted(METHODS['published']))
 @pytest.mark.parametrize('source', [machine(), frozen_lake(), hall(6, 20)],
                          ids=['machine', 'lake', 'hall'])
-def test_in_a_table_messages_give_the_bits_of_the_compiled_loop(source, name):
+def test_in_a_table_messages_give_the_bits_of_the_loop(monkeypatch, source, name):
+    use_plain_kernels(monkeypatch)  # test_training.py: in any table, they give the compiled bits
     policy = noisy_policy(World(source), 0.3, random_streams(8)[0])
     config = replace(find_method(name, 'published'), episodes=3, iterations=3)
     training = Training(World(source), policy, config, seed=4)
