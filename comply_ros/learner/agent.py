@@ -329,8 +329,8 @@ def no_advice(world: World, n_mentors: int = 1) -> NDArray[Any]:
 
 
 @kernel
-def count_confidences(p: float, advice: Advice, confidences: Array, config: KernelConfig,
-                      state: LearnerState) -> None:
+def count_confidences(p: float, advice: Advice, confidences: list[float] | Array,
+                      config: KernelConfig, state: LearnerState) -> None:
     """
     Change confidences, as `Agent.finish_iteration` takes them, by a decision with advice.
 

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
@@ -140,7 +140,8 @@ class Learner:
     def _use_mentors(self, names: Sequence[str]) -> None:
         self.agent.mentors, self._joining = tuple(names), list[str]()
         self._advice = MentorAdvice(names, self.tracker.run)
-        self.hears = [partial(self.on_recommendation, m=m) for m in range(len(names))]
+        self.hears: list[Callable[[Recommendation], Outputs]] = [
+            partial(self.on_recommendation, m=m) for m in range(len(names))]
 
     def join(self, name: str) -> None:
         """
