@@ -23,7 +23,14 @@ from comply_ros.nodes.topics import (
     STEP,
     WORLD,
 )
-from comply_ros.protocol.messages import Action, Outputs, step_id, StepId, WorldDescription
+from comply_ros.protocol.messages import (
+    Action,
+    Outputs,
+    ReceivedAction,
+    step_id,
+    StepId,
+    WorldDescription,
+)
 from comply_ros.protocol.validation import rejected_description
 from comply_ros.protocol.world import WorldMachine
 from comply_ros.protocol.world_moves import Moves
@@ -73,7 +80,8 @@ class GridWorldNode(ProtocolNode):
         check_description_size(description_size(self.machine.description))
         self._started = time.monotonic()
         saved = self.checkpointing.load(
-            {'map': map_text(made.name + made.details, source.sha256), 'seed': seed}, (Action,))
+            {'map': map_text(made.name + made.details, source.sha256), 'seed': seed},
+            (ReceivedAction,))
         if saved:
             self.machine.load_state_dict(*saved)
             self.get_logger().info(f'continues at step id {step_id(self.machine.observation)}')

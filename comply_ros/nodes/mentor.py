@@ -35,7 +35,13 @@ from comply_ros.nodes.topics import (
     WORLD,
 )
 from comply_ros.protocol.mentor import Mentor
-from comply_ros.protocol.messages import Action, Outputs, Policy, StateReward, WorldDescription
+from comply_ros.protocol.messages import (
+    Outputs,
+    Policy,
+    ReceivedAction,
+    StateReward,
+    WorldDescription,
+)
 from comply_ros.protocol.validation import rejected_description
 from comply_ros.storage.mentor_cache import is_slow, mentor_policy, read_mentor_spec
 from comply_ros.storage.state_store import StateError
@@ -118,7 +124,7 @@ class MentorNode(ProtocolNode):
             'map': map_text(description.name, description.sha256),
             'budget': self.get_parameter('budget').value,
             'advising': self.get_parameter('advising').value,
-            'policy': hashlib.sha256(policy.tobytes()).hexdigest()}, (StateReward, Action))
+            'policy': hashlib.sha256(policy.tobytes()).hexdigest()}, (StateReward, ReceivedAction))
 
 
 def declare_name(node: ProtocolNode) -> str:

@@ -14,6 +14,7 @@ from comply_ros.protocol.messages import (
     Ignored,
     Notice,
     Outputs,
+    ReceivedAction,
     Recommendation,
     Rejected,
     StateReward,
@@ -61,7 +62,7 @@ class Mentor:
         self.policy, self.step_count = None, 0
         self.has_budget = budget != UNLIMITED
         self.watches = self.has_budget and mode == 'mistakes'
-        self.journal_entries: list[StateReward | Action] = []
+        self.journal_entries: list[StateReward | ReceivedAction] = []
         self.needs_checkpoint = False
         self._budget_size, self._mode = budget, mode
         self._budget: AdviceBudget | None = None
@@ -144,7 +145,7 @@ class Mentor:
                 or step_id(msg) == self._acted or not self._is_possible(msg, observed):
             return ()
         self._acted = step_id(msg)
-        self.journal_entries.append(msg)
+        self.journal_entries.append(ReceivedAction(*msg[:9]))
         if msg.action != NO_ACTION and self._budget:
             self._budget.record_action(observed.state, msg.action)
         return self.release_held()
@@ -203,7 +204,7 @@ class Mentor:
         if self._observed:
             self.tracker.answer(self._observed)
         for entry in journal:
-            if isinstance(entry, Action):
+            if isinstance(entry, ReceivedAction):
                 self._acted = step_id(entry)
                 if entry.action != NO_ACTION and self._observed and self._budget:
                     self._budget.record_action(self._observed.state, entry.action)

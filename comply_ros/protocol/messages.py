@@ -227,6 +227,20 @@ class ReceivedAdvice(NamedTuple):
     action: int
 
 
+class ReceivedAction(NamedTuple):
+    """An action that a world or a mentor has received, for its journal."""
+
+    run: int
+    episode: int
+    step: int
+    action: int
+    followed: bool
+    confidence: float
+    learner: int
+    advice: int
+    observation_count: int
+
+
 class OtherAdvice(NamedTuple):
     """What mentor m, not the first, advised in the observation that is answered next."""
 

@@ -16,6 +16,7 @@ from comply_ros.protocol.messages import (
     NO_RUN,
     Notice,
     Outputs,
+    ReceivedAction,
     Rejected,
     REPORTS,
     StateReward,
@@ -74,7 +75,7 @@ class WorldMachine:
         self._moves = moves or ModelMoves(self._world, seed)
         self._available = plain_view(self._world.available)
         self.description = describe_world(source, name, run, began)
-        self.journal_entries: list[Action] = []
+        self.journal_entries: list[ReceivedAction] = []
         self.needs_checkpoint, self.inactive, self.learner_messages = True, False, 0
         self.reports: deque[Episode] = deque(maxlen=REPORTS)
         self.pause_gate = PauseGate()
@@ -171,7 +172,7 @@ class WorldMachine:
         if problem:
             return (problem,)
         self._learner, self._messages_before = msg.learner, self.learner_messages
-        self.journal_entries.append(msg)
+        self.journal_entries.append(ReceivedAction(*msg[:9]))
         return self.pause_gate.admit(self._take(msg.action))
 
     def reset(self, run: int, began: int) -> Outputs:
@@ -215,7 +216,7 @@ class WorldMachine:
                 'learner': self._learner, 'reports': list(self.reports)}, {}
 
     def load_state_dict(self, values: dict[str, Any], arrays: dict[str, Any],
-                        journal: list[Action]) -> None:
+                        journal: list[ReceivedAction]) -> None:
         """Continue from a checkpoint, then repeat the actions of its journal."""
         self.description = self.description._replace(
             **{name: values[name] for name in ('run', 'began', 'replaces')})
@@ -223,9 +224,9 @@ class WorldMachine:
         self.observation, self._return = StateReward(*values['observation']), values['return']
         self._learner = values['learner']
         self.reports.extend(Episode(*each) for each in values['reports'])
-        for msg in journal:
-            self._learner = msg.learner  # it may have changed, when the first one was gone
-            self.on_action(msg)
+        for entry in journal:
+            self._learner = entry.learner  # it may have changed, when the first one was gone
+            self.on_action(Action(*entry))
         self.journal_entries.clear()
         self.needs_checkpoint = False
 

@@ -23,11 +23,11 @@ from comply_ros.protocol.learner import Learner
 from comply_ros.protocol.mentor import Mentor
 from comply_ros.protocol.messages import (
     Action,
-    AnsweredObservation,
     Episode,
+    LEARNER_JOURNAL,
     Notice,
     Progress,
-    ReceivedAdvice,
+    ReceivedAction,
     Recommendation,
     StateReward,
     WorldDescription,
@@ -47,8 +47,8 @@ SUBSCRIBERS = {
     Action: (('world', 'on_action'), ('mentor', 'on_action'))}
 PUBLISHES = {'world': (WorldDescription, StateReward), 'mentor': (Recommendation,),
              'learner': (Action,)}
-JOURNAL = {'world': (Action,), 'mentor': (StateReward, Action),
-           'learner': (AnsweredObservation, ReceivedAdvice)}
+JOURNAL = {'world': (ReceivedAction,), 'mentor': (StateReward, ReceivedAction),
+           'learner': LEARNER_JOURNAL}
 BEFORE_JOURNAL, BEFORE_PUBLISHING, AFTER_PUBLISHING = MOMENTS = (
     'before the journal is written', 'before its outputs are published', 'after that')
 
