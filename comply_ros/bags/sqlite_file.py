@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The sqlite3 files of rosbag2, read up to the last complete message."""
 
-from collections.abc import Iterator
-from contextlib import closing
+from collections.abc import Generator, Iterator
+from contextlib import closing, contextmanager
+import os
 from pathlib import Path
+import shutil
 import sqlite3
+from tempfile import TemporaryDirectory
 from urllib.parse import quote
 
 from comply_ros.bags.bag_message import BagError, BagMessage, first_line, TruncatedFile
@@ -25,17 +28,40 @@ def read_sqlite(path: Path) -> Iterator[BagMessage]:
     if header[:len(MAGIC)] != MAGIC[:len(header)]:
         raise BagError(f'an sqlite3 file must begin with {MAGIC!r}, got {header[:len(MAGIC)]!r}')
     try:
-        with closing(sqlite3.connect(f'file:{quote(str(path))}?mode=ro', uri=True)) as database:
+        with _whole_pages(path, header) as whole, closing(
+                sqlite3.connect(f'file:{quote(str(whole))}?mode=ro', uri=True)) as database:
             yield from _messages(database, path.stat().st_size < _expected_size(header))
     except sqlite3.DatabaseError as error:
         raise TruncatedFile(f'ends early or is damaged ({first_line(error)})') from None
 
 
+@contextmanager
+def _whole_pages(path: Path, header: bytes) -> Generator[Path]:
+    """
+    Give a file without the page that is cut off at its end, if there is one: a copy.
+
+    sqlite reads zeros for what is missing of a page, so it would read a message that was cut as a
+    whole one with zeros at its end.
+    """
+    page, size = _page_size(header), path.stat().st_size
+    if page == 0 or size % page == 0:
+        yield path
+        return
+    with TemporaryDirectory() as folder:
+        whole = Path(folder) / path.name
+        shutil.copyfile(path, whole)
+        os.truncate(whole, size - size % page)
+        yield whole
+
+
+def _page_size(header: bytes) -> int:
+    page = int.from_bytes(header[16:18], 'big')
+    return 1 << 16 if page == 1 else page
+
+
 def _expected_size(header: bytes) -> int:
     """Size of the file according to its header: page size times number of pages."""
-    page = int.from_bytes(header[16:18], 'big')
-    pages = int.from_bytes(header[28:32], 'big')
-    return (1 << 16 if page == 1 else page) * pages or HEADER_SIZE
+    return _page_size(header) * int.from_bytes(header[28:32], 'big') or HEADER_SIZE
 
 
 def _messages(database: sqlite3.Connection, is_truncated: bool) -> Iterator[BagMessage]:
