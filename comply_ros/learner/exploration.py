@@ -73,13 +73,19 @@ def own_action(s: int, m: int, advice: Advice, u_listen: float, u_act: float,
 @kernel
 def shaped_action(s: int, excluded: int, u: float, advice: Advice, config: KernelConfig,
                   state: LearnerState) -> int:
-    """Draw an action of state s, without the excluded one, in proportion to `shaped_weight`."""
+    """
+    Draw an action of state s, without the excluded one, in proportion to `shaped_weight`.
+
+    Where no action is left that all mentors can mean, as if they had said nothing.
+    """
     best, total, last = max_q_except(s, excluded, state.q, config.actions), 0.0, excluded
     if best == NOTHING:
         return excluded
     for a in range(count_actions(config.actions)):
         if a != excluded:
             total += shaped_weight(s, a, best, advice, config, state)
+    if total == 0.0:
+        return softmax_action(s, excluded, u, state.temperature[0], state.q, config.actions)
     x = u * total
     for a in range(count_actions(config.actions)):
         weight = 0.0 if a == excluded else shaped_weight(s, a, best, advice, config, state)
