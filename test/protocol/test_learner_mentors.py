@@ -153,6 +153,17 @@ def end_episode(learner, episode=1):
     return learner.observe(state(episode, 4, 8, reward=10.0, terminated=True))
 
 
+def joined():
+    """Return a learner of anna's whose second episode has begun, in which bob has joined."""
+    learner = make_learner(('anna',))
+    learner.observe(state())
+    hear_all(learner)
+    learner.join('bob')
+    end_episode(learner)
+    learner.observe(state(episode=2))
+    return learner
+
+
 def test_one_who_joins_is_listened_to_from_the_next_episode_on():
     learner = make_learner(('anna',))
     learner.observe(state())
@@ -230,12 +241,7 @@ def test_an_iteration_has_a_report_for_all_mentors_and_one_for_each():
 
 
 def test_its_mentors_stay_in_a_new_run_and_in_another_world():
-    learner = make_learner(('anna',))
-    learner.observe(state())
-    hear_all(learner)
-    learner.join('bob')
-    end_episode(learner)
-    learner.observe(state(episode=2))
+    learner = joined()
     hear_all(learner, episode=2)
     follow_instead(learner, describe_world(grid('..G'), 'other', 9))
     learner.observe(state(run=9))
@@ -296,13 +302,7 @@ def test_a_learner_restored_from_any_part_of_its_journal_continues_the_same(coun
 
 
 def test_one_who_has_joined_is_in_the_checkpoint():
-    learner = make_learner(('anna',))
-    learner.observe(state())
-    hear_all(learner)
-    learner.join('bob')
-    end_episode(learner)
-    learner.observe(state(episode=2))
-    again = restored(*learner.state_dict(), [], names=('anna',))
+    again = restored(*joined().state_dict(), [], names=('anna',))
     assert again.mentors == ('anna', 'bob')
     again.observe(state(episode=2))
     action, = hear(again, BOB, episode=2)
