@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A fresh learner that receives what a recorded one received, and must publish the same."""
 
+from collections.abc import Sequence
 from dataclasses import asdict
 from functools import cached_property
 import json
@@ -10,6 +11,7 @@ from comply_ros.bags.bag_message import BagError
 from comply_ros.bags.message_decoder import world_from_description
 from comply_ros.learner.learner_config import LearnerConfig
 from comply_ros.protocol.learner import Learner
+from comply_ros.protocol.mentor_advice import can_be_mentors, topic_and_mentor
 from comply_ros.protocol.messages import (
     Action,
     ANYONE,
@@ -43,27 +45,35 @@ class RecordedRun:
 
     description: of its world, None before it.
     observations: by step id.
-    advice: actions by state, from recommendations and policies of the mentor, the newest last.
+    advice: actions by (name of the mentor, state), from its recommendations and policies, the
+        newest last.
     """
 
     def __init__(self, number: int) -> None:
         self.number = number
         self.description: WorldDescription | None = None
         self.observations: dict[tuple[int, int], StateReward] = {}
-        self.advice: dict[int, list[int]] = {}
+        self.advice: dict[tuple[str, int], list[int]] = {}
 
-    def add(self, topic: str, msg: Any) -> None:
-        """Store a message."""
+    def add(self, full_name: str, msg: Any) -> None:
+        """Store a message. full_name: of its topic, as `name_of_mentor` makes it."""
+        topic, name = topic_and_mentor(full_name)
         if topic == 'world':
             self.description = msg
         elif topic == 'state':
             self.observations.setdefault(step_id(msg), msg)
         elif topic in ('recommendation', 'mentor_policy'):
             is_policy = topic == 'mentor_policy'
+            if name and not is_policy and msg.mentor != name:
+                return  # which a learner rejects
             advice = dict(enumerate(msg.action)) if is_policy else {msg.state: msg.action}
             for state, action in advice.items():
-                older = [each for each in self.advice.get(state, ()) if each != action]
-                self.advice[state] = [*older, action]
+                older = [each for each in self.recommended(name, state) if each != action]
+                self.advice[name, state] = [*older, action]
+
+    def recommended(self, name: str, state: int) -> list[int]:
+        """Return what a mentor recommended in a state, the newest last."""
+        return self.advice.get((name, state), [])
 
     def discard(self, last: tuple[int, int]) -> None:
         """Discard the observations up to a step id."""
@@ -93,19 +103,20 @@ class LearnerReplay:
     unadvised: number of matching actions whose advice is not in the bag.
     digests: number of matching digests; `digest` is the last one.
     first, last: first and last observation with a matching or inferred action, None before.
-    progress: `Progress` of the fresh learner by run and iteration.
+    progress: what the fresh learner has published, by run, iteration and name of the mentor; of
+        one without a name beside others, there is that of all mentors too.
 
     """
 
     def __init__(self, description: LearnerDescription, runs: dict[int, RecordedRun]) -> None:
         self.description, self._runs = description, runs
         self.learner = Learner(config_from_description(description), description.seed, False,
-                               description.learner)
+                               description.learner, mentors=tuple(description.mentors))
         self.matching, self.inferred, self.unadvised, self.digests = 0, 0, 0, 0
         self.digest: str | None = None
         self.first: StateReward | None = None
         self.last: StateReward | None = None
-        self.progress: dict[tuple[int, int], Progress] = {}
+        self.progress: dict[tuple[int, int, str], list[Progress]] = {}
         self._later: list[LearnerDescription] = []
 
     def expect(self, description: LearnerDescription) -> None:
@@ -135,19 +146,30 @@ class LearnerReplay:
                                    f'{count} observations; a fresh learner has answered '
                                    f'{self.learner.step_count}')
         observation = self._observation(recorded.run, step)
-        action = self._deliver(observation, recorded.advice)
+        recorded = recorded._replace(all_advice=tuple(recorded.all_advice))
+        advice = recorded.all_advice or (recorded.advice,)
+        action = self._deliver(observation, advice)
         if repr(action) != repr(recorded):
             raise ReplayDifference(f'topic action, {place(recorded)}: recorded {_text(recorded)}; '
                                    f'a fresh learner publishes {_text(action)}')
-        recommended = self._runs[recorded.run].advice.get(observation.state, ())
-        if recorded.advice != NO_ACTION and recorded.advice not in recommended:
-            self.unadvised += 1
-            if recommended:
-                raise ReplayDifference(f'topic action, {place(recorded)}: recorded advice '
-                                       f'{recorded.advice} in state {observation.state}, and the '
-                                       'bag has no such recommendation')
+        self._check_advice(recorded, observation.state, advice)
         self.matching += 1
         self._advance(observation)
+
+    def _check_advice(self, recorded: Action, state: int, advice: Sequence[int]) -> None:
+        """Count an action whose advice is not in the bag; raises ReplayDifference for another."""
+        missing = False
+        for name, action in zip(self.learner.mentors, advice):
+            recommended = self._runs[recorded.run].recommended(name, state)
+            if action == NO_ACTION or action in recommended:
+                continue
+            missing = True
+            if recommended:
+                of = f' of mentor {name}' if name else ''
+                raise ReplayDifference(f'topic action, {place(recorded)}: recorded advice '
+                                       f'{action}{of} in state {state}, and the bag has no such '
+                                       'recommendation')
+        self.unadvised += missing
 
     def finish(self) -> None:
         """Deliver the last observation, which has no action if it ended the training."""
@@ -169,8 +191,9 @@ class LearnerReplay:
     def _infer(self, run: int, step: tuple[int, int]) -> None:
         """Deliver an observation whose action is not in the bag."""
         observation = self._observation(run, step)
-        advice = self._runs[run].advice.get(observation.state, [NO_ACTION])[-1]
-        self._deliver(observation, advice)
+        newest = [self._runs[run].recommended(name, observation.state)[-1:]
+                  for name in self.learner.expected_mentors]
+        self._deliver(observation, [action for each in newest for action in each or [NO_ACTION]])
         self._advance(observation)
 
     def _observation(self, run: int, step: tuple[int, int]) -> StateReward:
@@ -180,23 +203,23 @@ class LearnerReplay:
                                  ', is not in the bag')
         return observation._replace(learner=ANYONE)
 
-    def _deliver(self, observation: StateReward, advice: int) -> Action | None:
-        """Return the action of the learner, None if it publishes none."""
+    def _deliver(self, observation: StateReward, advice: Sequence[int]) -> Action | None:
+        """Return the action of the learner, None if it publishes none. advice: of each mentor."""
         if self.learner.tracker.run != observation.run:
             run = self._runs[observation.run]
             self.learner.tracker.follow(run.description, run.world.source)
         answered, outputs = self.learner.step_count, ()
         for _ in range(ATTEMPTS):
             outputs = self.learner.observe(observation)
-            if self.learner.waiting:
-                outputs += self.learner.on_recommendation(
-                    Recommendation(*observation[:4], advice))
+            for hear, action in zip(self.learner.hears, advice):
+                if self.learner.waiting:
+                    outputs += hear(Recommendation(*observation[:4], action))
             if self.learner.step_count > answered:
                 break
             self.learner.tick()
         for msg in outputs:
             if isinstance(msg, Progress):
-                self.progress[msg.run, msg.iteration] = msg
+                self.progress.setdefault((msg.run, msg.iteration, msg.mentor), []).append(msg)
         return next((msg for msg in outputs if isinstance(msg, Action)), None)
 
     def _advance(self, observation: StateReward) -> None:
@@ -213,6 +236,9 @@ class LearnerReplay:
                        if value != current[name]}
             if changes:  # before the digest, which includes them
                 self.learner.change(changes)
+            for name in description.mentors:
+                if name not in self.learner.expected_mentors:
+                    self.learner.join(name)
             if description.digest:
                 self.digest = self.learner.state.digest()
                 if self.digest != description.digest:
@@ -224,6 +250,9 @@ class LearnerReplay:
 
 def config_from_description(description: LearnerDescription) -> LearnerConfig:
     """`LearnerConfig` of a description, of this or an older version; raises BagError."""
+    if not can_be_mentors(description.mentors):
+        raise BagError(f'the mentors of learner {description.learner} must have names that they '
+                       f'can have, got {description.mentors!r}')
     try:
         settings = json.loads(description.settings)
         return LearnerConfig(**{RENAMED_FIELDS.get(name, name): value

@@ -3,6 +3,7 @@
 
 from array import array
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 from comply_ros.bags.bag_message import BagError, BagMessage, first_line
 from comply_ros.bags.bag_reader import Bag
 from comply_ros.protocol import world_description
+from comply_ros.protocol.mentor_advice import topic_and_mentor, TOPICS_OF_MENTORS
 from comply_ros.protocol.messages import (
     GridModel,
     NANOSECONDS,
@@ -27,8 +29,8 @@ from comply_ros.world.mdp import World
 # Of a WorldDescription of version 0.1.0, whose messages had no header and no `protocol`.
 FIELDS_OF_PROTOCOL_1 = ('run', 'began', 'name', 'width', 'height', 'rows', 'starts', 'step_reward',
                         'obstacle_reward', 'goal_reward', 'intended', 'step_limit', 'slips_bump')
-# Fields that messages of protocol 2 and version 0.1.0 do not have: of one mentor without a name
-# they have their defaults.
+# Fields of messages of the present protocol that are left at their defaults where there is one
+# mentor, without a name; protocol 2 and version 0.1.0 do not have them.
 ONE_MENTOR_FIELDS = ('mentor', 'all_advice', 'mentors')
 
 
@@ -46,14 +48,19 @@ class DecodedMessages:
         self._decoders: dict[str, Callable[[bytes], Any]] = {}
 
     def __iter__(self) -> Iterator[tuple[str, Any]]:
-        """Yield the topic and the tuple of each message; raises BagError for an unreadable one."""
-        topics = {f'{self.namespace}/{topic}': topic for topic in TOPIC_TYPES}
+        """
+        Yield the topic and the tuple of each message; raises BagError for an unreadable one.
+
+        The topics of mentors have the names of `name_of_mentor`.
+        """
+        prefix = f'{self.namespace}/'
         for number, recorded in enumerate(self.bag):
-            topic = topics.get(recorded.topic)
-            if topic is None or recorded.message_type != message_type(topic):
+            topic = recorded.topic.removeprefix(prefix)
+            kind = topic_kind(topic) if recorded.topic.startswith(prefix) else None
+            if kind is None or recorded.message_type != message_type(kind):
                 continue
             if topic not in self._decoders:
-                self._decoders[topic] = _decoder(topic, recorded)
+                self._decoders[topic] = _decoder(kind, recorded)
             try:
                 msg = self._decoders[topic](recorded.data)
             except Exception as error:  # noqa: BLE001 - arbitrary bytes can raise anything
@@ -61,6 +68,13 @@ class DecodedMessages:
                                f'a {recorded.message_type}, and is not ({first_line(error)})'
                                ) from None
             yield topic, msg
+
+
+@cache
+def topic_kind(topic: str) -> str | None:
+    """Return the name of `TOPIC_TYPES` of a topic, of a mentor perhaps; None if it is no such."""
+    kind, mentor = topic_and_mentor(topic)
+    return kind if kind in (TOPICS_OF_MENTORS if mentor else TOPIC_TYPES) else None
 
 
 def message_type(topic: str) -> str:

@@ -13,7 +13,7 @@ from comply_ros.bags.bag_reader import Bag
 from comply_ros.bags.message_decoder import DecodedMessages, world_from_description
 from comply_ros.bags.replay import bag_parser, with_progress
 from comply_ros.plots import training_plots
-from comply_ros.protocol.run_view import RunReports
+from comply_ros.protocol.run_reports import RunReports
 from comply_ros.protocol.world_description import is_same_world
 from comply_ros.storage.file_system import printable
 from comply_ros.storage.run_files import OutputError, prepare_folder
@@ -66,7 +66,9 @@ def draw(reports: RunReports, folder: Path) -> list[Path]:
         return []
     world = world_from_description(reports.description)
     reports.validate_maps(world)
-    advice, pictures = _advice(reports, world), []
+    mentors, pictures = reports.mentor_names(), []
+    advices = [_advice(reports, name, world) for name in mentors]
+    trusts = [reports.of_mentor(name).trust for name in mentors]
     progress, episodes = reports.progress_by_iteration, list(reports.episodes.values())
     summary = {'method': reports.learner.method if reports.learner else 'learner',
                'map': reports.description.name, 'mentor': 'as recorded',
@@ -74,16 +76,20 @@ def draw(reports: RunReports, folder: Path) -> list[Path]:
     if progress:
         reference = reference_returns(world)
         summary['optimal_return'] = reference.optimal_return
-        summary['mentor_return'] = None if advice is None else reference.return_of(advice)
+        summary['mentor_return'] = None if len(mentors) > 1 or advices[0] is None else \
+            reference.return_of(advices[0])
         curve = [progress[number].mean_return if number in progress else np.nan
                  for number in range(1, max(progress) + 1)]  # nan: not in the bag
         pictures.append(folder / 'learning_curve.png')
         training_plots.draw_learning_curve(pictures[-1], np.array([curve]), summary)
-    if reports.trust is not None and advice is not None:
+    shown = [m for m in range(len(mentors)) if trusts[m] is not None and advices[m] is not None]
+    if shown:
         pictures.append(folder / 'trust_map.png')
         visited = np.isin(np.arange(len(world.terminal)), list(reports.visited))
-        training_plots.draw_trust_map(pictures[-1], world, advice, reports.trust, visited,
-                                      summary)
+        training_plots.draw_trust_map(
+            pictures[-1], world, np.concatenate([advices[m] for m in shown]),
+            np.concatenate([trusts[m] for m in shown]), visited, summary,
+            [mentors[m] for m in shown])
     if episodes:
         pictures.append(folder / 'episode_lengths.png')
         training_plots.draw_episode_lengths(pictures[-1], episodes, world.step_limit,
@@ -91,12 +97,12 @@ def draw(reports: RunReports, folder: Path) -> list[Path]:
     return pictures
 
 
-def _advice(reports: RunReports, world: World) -> NDArray[Any] | None:
-    """`advice[s]` by the mentor's policy, else by its recommendations; None without any."""
-    advice = reports.mentor_policy
+def _advice(reports: RunReports, name: str, world: World) -> NDArray[Any] | None:
+    """`advice[s]` by a mentor's policy, else by its recommendations; None without any."""
+    advice = reports.of_mentor(name).policy
     if advice is None:
         advice = np.full(world.n_states, NO_ACTION, dtype=world.action_type)
-        for state, action in reports.advice.items():
+        for state, action in reports.advice.get(name, {}).items():
             if state < len(advice) and world.free[state] and 0 <= action < world.n_actions \
                     and world.available[state, action]:
                 advice[state] = action

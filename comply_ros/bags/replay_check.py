@@ -91,10 +91,11 @@ class ReplayCheck:
         for replay in self.replays:
             replay.finish()
         for recorded in self._progress:
-            key = recorded.run, recorded.iteration
-            fresh = [replay.progress[key] for replay in self.replays if key in replay.progress]
+            key = recorded.run, recorded.iteration, recorded.mentor
+            fresh = [msg for replay in self.replays for msg in replay.progress.get(key, ())]
             if fresh and repr(recorded) not in map(repr, fresh):
-                raise ReplayDifference(f'topic progress, run {key[0]}, iteration {key[1]}: '
+                of = f', mentor {recorded.mentor}' if recorded.mentor else ''
+                raise ReplayDifference(f'topic progress, run {key[0]}, iteration {key[1]}{of}: '
                                        f'recorded {recorded}; a fresh learner publishes '
                                        f'{fresh[-1]}')
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from comply_ros.dashboard.dashboard_node import PageState
 from comply_ros.plots.running_mean import running_mean
-from comply_ros.protocol.run_view import LearningCurve, RunReports
+from comply_ros.protocol.run_reports import LearningCurve, RunReports
 
 PERIOD = 0.4  # least seconds between two drawings: a chart is more work for a browser than a grid
 BLUE, GREEN, ORANGE, GREY = '#2b8fd6', '#009E73', '#E69F00', '#8a919c'  # on light and on dark

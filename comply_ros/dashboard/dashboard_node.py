@@ -32,7 +32,8 @@ from comply_ros.nodes import parameters, topics
 from comply_ros.nodes.diagnostics import process_name, TOPIC
 from comply_ros.nodes.node_processes import NodeProcess
 from comply_ros.nodes.parameter_node import SafeParameterNode
-from comply_ros.protocol.run_view import RunReports, RunView
+from comply_ros.protocol.run_reports import RunReports
+from comply_ros.protocol.run_view import RunView
 from comply_ros.world.mdp import World
 
 PERIOD = 0.1  # seconds between two updates of the page's state
@@ -177,8 +178,10 @@ class DashboardNode(SafeParameterNode):
                 if self.page_state.is_here(role):
                     remote.tick()
         run = RunSnapshot(self._run_view.world, copy.copy(self._run_view.reports))
+        reports, names = run.reports, run.reports.mentor_names()
         self.page_state = PageState(
-            run, self._reference_returns.get(run.world, run.reports.mentor_policy),
+            run, self._reference_returns.get(run.world, reports.of_mentor(names[0]).policy if
+                                             len(names) == 1 else None),
             {**self._nodes}, {**self._lesson_nodes.by_role},
             {role: each.current for role, each in self._remote_parameters.items()}, now,
             self._start_time, self.other_mentors(), self._ended(), self.pictures.is_published,

@@ -57,7 +57,7 @@ class GridPanel:
         msg = reports.observation
         self._step_id.text = f'episode {msg.episode}, step {msg.step}' if msg else ''
         waits = bool(self._thread and self._thread.mentor.steering and msg)
-        shown = {'mentor': (self._mentor_policy(run), reports.trust, reports.policy),
+        shown = {'mentor': (self._mentor_policy(run), reports.of_mentor().trust, reports.policy),
                  'learner': (reports.policy if self._show_learner.value else None,),
                  'robot': (msg and msg.state, waits)}
         for layer, what in shown.items():
@@ -91,7 +91,7 @@ class GridPanel:
         painted = self._thread.mentor.policy if self._thread else None
         if painted is not None and run.world and len(painted) == len(run.world.free):
             return painted
-        return run.reports.mentor_policy
+        return run.reports.of_mentor().policy
 
     async def _on_pointer(self, event: events.GenericEventArguments) -> None:
         world, tool, thread = self._world, self.paint_tool, self._thread

@@ -193,8 +193,7 @@ def steering_actions(world: World) -> dict[str, int]:
 
 
 def trust_text(state: PageState) -> str:
-    """Text of how far the learner trusted its mentor in the last iteration."""
-    progress = state.run.reports.progress
-    if progress is None or progress.confidence != progress.confidence:
-        return 'no trust yet: no decision had advice'
-    return f'trust in you {progress.confidence:.2f}'
+    """Text of how far the learner trusted the mentor of the page in the last iteration."""
+    confidence = state.run.reports.confidence_in('')
+    return 'no trust yet: no decision had advice' if confidence is None \
+        else f'trust in you {confidence:.2f}'

@@ -162,6 +162,7 @@ class LearnerNode(ProtocolNode):
                 and not self.count_publishers(RECOMMENDATION.name):
             machine.replace_mentors(found)
             self.get_logger().info(f'takes the advice of {", ".join(found)}')
+            self._publish_description()
             self._follow_settings()
             return
         for name in found:

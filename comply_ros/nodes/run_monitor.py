@@ -22,6 +22,7 @@ from comply_ros.nodes.parameter_node import SafeParameterNode
 from comply_ros.nodes.topics import (
     EPISODE,
     MENTOR_POLICY,
+    mentors_found,
     MessageError,
     PROGRESS,
     reader,
@@ -33,7 +34,7 @@ from comply_ros.nodes.topics import (
 )
 from comply_ros.protocol.iteration_counter import IterationCounter
 from comply_ros.protocol.messages import Episode, Policy, Progress, REPORTS, WorldDescription
-from comply_ros.protocol.run_view import is_possible_progress, RunReports
+from comply_ros.protocol.run_reports import is_possible_progress, RunReports
 from comply_ros.protocol.world_description import world_from_description
 from comply_ros.world.mdp import Source, World
 
@@ -42,6 +43,7 @@ RATE_SECONDS = 0.2  # that they must have taken together
 MAX_STATUS_LENGTH = 80  # characters of a node's status that are shown
 MAX_RUNS = 8  # that are remembered before it is known which one is that of the lesson
 MENTOR = 'mentor'  # name of the node
+FIND_PERIOD = 1.0  # seconds between two searches for other mentors
 STALE = 5.0  # seconds without a report, after which latched ones are requested again
 
 
@@ -62,7 +64,7 @@ class RunMonitor(SafeParameterNode):
     source: its world.
     external: the part that the lesson does not start, '' for none.
     counter: counts the iterations of an external learner, which need not report any.
-    mentors: names of the mentors of the lesson; the only one has none.
+    mentors: names of the mentors of the lesson; the only one may have none.
 
     """
 
@@ -76,12 +78,13 @@ class RunMonitor(SafeParameterNode):
         self.processes: list[NodeProcess] = []  # whose health is read
         self.unwell: dict[str, str] = {}  # what those that are not well say, by name
         self._other_mentors: set[str] = set()  # processes of other mentors, as they were heard
+        self._other_names: set[str] = set()  # of mentors that are none of the lesson
         self._world = World(source)
         self._run: int | None = None
         self.own_run: int | None = None  # the first of the world of the lesson, by its status
         # By run: what is known of those whose world fits, or whose world may still come, and the
-        # times at which the world and the first advice arrived.
-        self._policies: dict[int, dict[str, NDArray[Any]]] = {}  # of the mentors, by name
+        # times at which the world and the advice of the last mentor arrived.
+        self._reports: dict[int, RunReports] = {}
         self._worlds: dict[int, float] = {}
         self._advised: dict[int, float] = {}
         self._episodes: deque[Episode] = deque()
@@ -94,6 +97,7 @@ class RunMonitor(SafeParameterNode):
         self._subscribe_to_iterations()
         self._subscribe_to_policies()
         steady_timer(self, STALE, self._request_again)
+        steady_timer(self, FIND_PERIOD, self._find_mentors)
         self.create_subscription(DiagnosticArray, TOPIC, self._on_diagnostics, 10)
         self._save = self.create_client(Save, SAVE)
 
@@ -120,10 +124,8 @@ class RunMonitor(SafeParameterNode):
 
         Of several mentors in rows, `advice[m * n_states + s]`.
         """
-        policies = self._policies.get(self.progress[0].run, {})
-        if len(policies) < len(self._mentors):
-            return None
-        return np.concatenate([policies[name] for name in self._mentors])
+        reports = self._reports.get(self.progress[0].run)
+        return reports and _advice_of(reports, self._mentors)
 
     def seconds(self) -> float:
         """
@@ -162,9 +164,14 @@ class RunMonitor(SafeParameterNode):
 
         respawns: whether publishers do not count: those of a killed node are seen for a while.
         """
-        own = self._mentors == ONE_MENTOR
-        publishers = 0 if respawns else self.count_publishers(RECOMMENDATION.name) - own
-        return max(publishers, len(self._other_mentors))
+        publishers = 0 if respawns else sum(
+            max(0, self.count_publishers(topic_of_mentor(RECOMMENDATION, name).name) - 1)
+            for name in self._mentors)
+        return len(self._other_names) + max(publishers, len(self._other_mentors))
+
+    def _find_mentors(self) -> None:
+        """Remember the names of mentors that are found, and are none of the lesson."""
+        self._other_names |= {*mentors_found(self)} - {*self._mentors}
 
     def _note_mentor(self, status: DiagnosticStatus) -> None:
         """Remember a status of another node `mentor` in the namespace of the lesson."""
@@ -189,6 +196,10 @@ class RunMonitor(SafeParameterNode):
             receive(msg)
         self._topics[topic.name] = self.create_subscription(
             topic.message, topic.name, callback, topic.qos, raw=True)
+
+    def _subscribe_to_policies(self) -> None:
+        for name in self._mentors:
+            self._subscribe(topic_of_mentor(MENTOR_POLICY, name), partial(self._on_policy, name))
 
     def _subscribe_to_iterations(self) -> None:
         counter = self._counter
@@ -230,30 +241,31 @@ class RunMonitor(SafeParameterNode):
         except ValueError:
             return False
 
-    def _subscribe_to_policies(self) -> None:
-        for name in self._mentors:
-            self._subscribe(topic_of_mentor(MENTOR_POLICY, name), partial(self._on_policy, name))
-
     def _on_policy(self, name: str, msg: Policy) -> None:
         """Remember advice for the run of the lesson, or for any run while that is not known."""
-        if msg.run != self._run and (self._run is not None or msg.run not in self._policies
-                                     and len(self._policies) == MAX_RUNS):
+        if msg.run != self._run and (self._run is not None or msg.run not in self._reports
+                                     and len(self._reports) == MAX_RUNS):
             return
-        reports = RunReports()
-        reports.add(MENTOR_POLICY.name, msg)
-        if reports.validate_maps(self._world):
-            return
-        policies = self._policies.setdefault(msg.run, {})
-        policies[name] = reports.mentor_policy
-        if len(policies) == len(self._mentors):
-            self._advised.setdefault(msg.run, time.monotonic())
+        reports = self._reports.setdefault(msg.run, RunReports())
+        before = reports.mentors
+        reports.add(topic_of_mentor(MENTOR_POLICY, name).name, msg)
+        if reports.validate_map(self._world, MENTOR_POLICY.name, name):
+            reports.mentors = before
+        elif msg.run not in self._advised and _advice_of(reports, self._mentors) is not None:
+            self._advised[msg.run] = time.monotonic()
 
     def _on_progress(self, msg: Progress) -> None:
-        """Take the next iteration; one that a restarted learner repeats is known."""
+        """
+        Take the next iteration; one that a restarted learner repeats is known.
+
+        Its confidence in each of several mentors is no result of its own.
+        """
+        if msg.mentor:
+            return
         if self._run is None and msg.run not in self._worlds:
             self._early.append(msg)  # its world may still come
             return
-        if self._run not in (None, msg.run) or msg.mentor or not is_possible_progress(msg):
+        if self._run not in (None, msg.run) or not is_possible_progress(msg):
             return
         done = len(self.progress)
         if msg.iteration != done + 1 or done and msg.steps <= self.progress[-1].steps:
@@ -282,6 +294,13 @@ class RunMonitor(SafeParameterNode):
             if status.level != OK:
                 self.unwell[name] = \
                     f'{name} {" ".join(status.message.split())}'[:MAX_STATUS_LENGTH]
+
+
+def _advice_of(reports: RunReports, names: Sequence[str]) -> NDArray[Any] | None:
+    """Return the policies of mentors in rows; None while one is not known."""
+    policies = [reports.of_mentor(name).policy for name in names]
+    known = [each for each in policies if each is not None]
+    return np.concatenate(known) if len(known) == len(policies) else None
 
 
 def _check_complete(counter: IterationCounter, msg: Episode) -> None:

@@ -133,9 +133,10 @@ class TeleopMentorNode(HumanMentorNode):
             self._cursor = y * grid.width + x
 
     def _on_trust(self, msg: Trust) -> tuple[()]:
-        """Keep the confidence in every state, if it is of this world and this run."""
+        """Keep the confidence in this mentor in every state of this world, in this run."""
         world = self.machine.tracker.description
-        if world and msg.run == world.run and len(msg.confidence) == world.states:
+        if world and msg.run == world.run and len(msg.confidence) == world.states \
+                and msg.mentor == self.machine.name:
             self._trust = msg
         return ()
 

@@ -14,6 +14,7 @@ from rclpy.topic_endpoint_info import TopicEndpointInfo
 from comply_ros.mentor.several_mentors import MOST_MENTORS
 from comply_ros.nodes import cdr
 from comply_ros.protocol import messages
+from comply_ros.protocol.mentor_advice import MENTORS, name_of_mentor
 from comply_ros.protocol.world_description import LARGEST_DESCRIPTION
 
 # One observation is open at a time, so only the newest message counts; late subscribers get it.
@@ -71,7 +72,6 @@ IMAGE, IMAGE_QOS = 'image', QoSProfile(depth=1)
 
 LOOP = (WORLD, STATE, RECOMMENDATION, ACTION)  # what a step of the run waits for
 
-MENTORS = 'mentors'  # namespace of what mentors with a name publish
 RECOMMEND = 'recommend'  # service of the mentor
 SAVE = 'save'  # service of the learner
 PAUSE, STEP = '~/pause', '~/step'  # services of the world
@@ -82,11 +82,6 @@ ANOTHER = 'another learner is meant'  # how `save` answers a request for another
 
 class MessageError(ValueError):
     """Bytes that are no message of a topic; the message names the topic, the rule and the size."""
-
-
-def name_of_mentor(name: str, mentor: str) -> str:
-    """Return the name of a topic or service of a mentor, whose own name may be empty."""
-    return f'{MENTORS}/{mentor}/{name}' if mentor else name
 
 
 def topic_of_mentor(topic: Topic, mentor: str) -> Topic:

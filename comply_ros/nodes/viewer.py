@@ -164,7 +164,7 @@ class ViewerNode(SafeParameterNode):
     def _publish_returns(self, topic: topics.Topic, view: views.View, field: str) -> None:
         """Publish each return of this run; of those that were latched, only the last."""
         returns = [getattr(msg, field) for msg in self._returns[topic.name]
-                   if msg.run == self._view.tracker.run]
+                   if msg.run == self._view.tracker.run and not getattr(msg, 'mentor', '')]
         self._returns[topic.name].clear()
         for value in returns if view in self._published_returns else returns[-1:]:
             self._publish[view](Float64(data=value))
@@ -178,18 +178,19 @@ class ViewerNode(SafeParameterNode):
         if world is None or not changed:
             return
         reports = self._view.reports
+        mentor = reports.of_mentor(reports.mentor_names()[0])
         if 'world' in changed and places.is_map:
             self._publish[views.MAP](views.map_message(header, world, places))
         if 'trust' in changed and places.is_map:
             self._publish[views.TRUST_MAP](
-                views.trust_message(header, world, places, reports.trust))
+                views.trust_message(header, world, places, mentor.trust))
         if 'world' in changed:
             self._publish[views.PLACES](markers.places_message(header, world, places))
         if not self._can_have_markers(world):
             return
         if {'trust', 'mentor_policy', 'policy'} & changed:
             self._publish[views.MENTOR](markers.mentor_message(
-                header, world, places, reports.mentor_policy, reports.trust, reports.policy))
+                header, world, places, mentor.policy, mentor.trust, reports.policy))
         if 'policy' in changed:
             self._publish[views.POLICY](
                 markers.policy_message(header, world, places, reports.policy))

@@ -39,6 +39,14 @@ def grid_figure(world: World, title: str, size: float = 8.0,
     width, height = grid.width * cell, grid.height * cell
     figure = Figure(figsize=(width + 0.2 + colorbar_width, height + 0.7))
     axes = place_axes(figure, 0.1, 0.3, width, height)
+    draw_cells(axes, world)
+    set_title(axes, title)
+    return figure, axes
+
+
+def draw_cells(axes: Axes, world: World) -> None:
+    """Draw obstacles, goals, and the starts where they are few."""
+    grid = world.grid
     centers = np.transpose(grid.place(np.flatnonzero(world.obstacle)))
     axes.add_collection(PolyCollection(list(centers[:, None] + CORNERS), facecolor='#d8d8d8'))
     axes.scatter(*grid.place(np.flatnonzero(world.terminal)), s=70, marker='*', color=INK,
@@ -49,8 +57,6 @@ def grid_figure(world: World, title: str, size: float = 8.0,
     axes.set(xlim=(-0.7, grid.width - 0.3), ylim=(-0.7, grid.height - 0.3), aspect='equal',
              xticks=[], yticks=[])
     axes.spines[:].set_color(PALE)
-    set_title(axes, title)
-    return figure, axes
 
 
 def set_title(axes: Axes, title: str) -> None:
@@ -86,16 +92,22 @@ def trust_figure(world: World, title: str, advice: NDArray[np.int8],
     visited: `visited[s]`; arrows are grey in states where the learner has never been.
     """
     figure, axes = grid_figure(world, title, colorbar_width=1.2)
-    advised = world.free & (advice != NO_ACTION)
-    draw_arrows(axes, world.grid, np.flatnonzero(advised & ~visited), advice, color=PALE)
-    states = np.flatnonzero(advised & visited)
-    drawn = draw_arrows(
-        axes, world.grid, states, advice, confidence[states], clim=(0, 1),
-        cmap=LinearSegmentedColormap.from_list('trust', TRUST_ANCHORS))
-    bar = figure.colorbar(drawn, cax=axes.inset_axes((1.03, 0.2, 0.025, 0.6)))
+    bar = figure.colorbar(draw_trust(axes, world, advice, confidence, visited),
+                          cax=axes.inset_axes((1.03, 0.2, 0.025, 0.6)))
     bar.set_label('confidence in the mentor', color=INK)
     bar.outline.set_visible(False)
     return figure
+
+
+def draw_trust(axes: Axes, world: World, advice: NDArray[np.int8],
+               confidence: NDArray[np.float64], visited: NDArray[np.bool_]) -> Quiver:
+    """Draw the arrows of a `trust_figure`; return those in states that were visited."""
+    advised = world.free & (advice != NO_ACTION)
+    draw_arrows(axes, world.grid, np.flatnonzero(advised & ~visited), advice, color=PALE)
+    states = np.flatnonzero(advised & visited)
+    return draw_arrows(
+        axes, world.grid, states, advice, confidence[states], clim=(0, 1),
+        cmap=LinearSegmentedColormap.from_list('trust', TRUST_ANCHORS))
 
 
 def write_picture(figure: Figure, path: Path, dpi: int = 150, compression: int = 1) -> None:

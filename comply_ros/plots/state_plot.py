@@ -40,6 +40,14 @@ def state_trust_figure(world: World, title: str, advice: NDArray[Any],
     axes = place_axes(figure, 0.9, 0.7, SIZE[0] - 1.9, SIZE[1] - 1.2)
     figure.suptitle(printable(title), x=0.04, ha='left', fontsize=11, color=INK,
                     parse_math=False)
+    draw_state_trust(axes, world, advice, confidence, visited)
+    add_scale(figure, axes)
+    return figure
+
+
+def draw_state_trust(axes: Axes, world: World, advice: NDArray[Any],
+                     confidence: NDArray[np.float64], visited: NDArray[np.bool_]) -> None:
+    """Draw what a `state_trust_figure` shows."""
     axes.spines[['top', 'right']].set_visible(False)
     states = np.flatnonzero(world.free & (advice != NO_ACTION))
     colors = LinearSegmentedColormap.from_list('trust', TRUST_ANCHORS)(confidence[states])
@@ -54,8 +62,6 @@ def state_trust_figure(world: World, title: str, advice: NDArray[Any],
         _draw_bars(axes, states, confidence[states], colors, names)
     if not len(states):
         axes.text(0.5, 0.5, NOTHING_TO_SHOW, transform=axes.transAxes, ha='center', color=INK)
-    _add_scale(figure, axes)
-    return figure
 
 
 def _draw_bars(axes: Axes, states: NDArray[np.intp], confidence: NDArray[np.float64],
@@ -90,7 +96,7 @@ def _draw_points(axes: Axes, world: World, positions: NDArray[np.float64],
     axes.margins(0.1)
 
 
-def _add_scale(figure: Figure, axes: Axes) -> None:
+def add_scale(figure: Figure, axes: Axes) -> None:
     """Draw the scale of colors to the right."""
     colors = LinearSegmentedColormap.from_list('trust', TRUST_ANCHORS)
     bar = figure.colorbar(ScalarMappable(cmap=colors), cax=axes.inset_axes((1.03, 0.2, 0.02, 0.6)))

@@ -11,6 +11,7 @@ from matplotlib.ticker import MaxNLocator
 import numpy as np
 from numpy.typing import NDArray
 
+from comply_ros.learner.learner_state import ONE_MENTOR
 from comply_ros.plots.grid_plot import (
     BLUE,
     GREEN,
@@ -21,6 +22,7 @@ from comply_ros.plots.grid_plot import (
     trust_figure,
     write_picture,
 )
+from comply_ros.plots.mentor_panels import trust_panels
 from comply_ros.plots.running_mean import running_mean
 from comply_ros.plots.state_plot import state_trust_figure
 from comply_ros.protocol.messages import Episode
@@ -85,18 +87,25 @@ def draw_episode_lengths(path: Path, episodes: Sequence[Episode], step_limit: in
 
 def draw_trust_map(path: Path, world: World, advice: NDArray[Any],
                    confidence: NDArray[np.float64], visited: NDArray[np.bool_],
-                   summary: Summary) -> None:
+                   summary: Summary, mentors: Sequence[str] = ONE_MENTOR) -> None:
     """Write a PNG of a `trust_map_figure`."""
-    write_picture(trust_map_figure(world, advice, confidence, visited, summary), path)
+    write_picture(trust_map_figure(world, advice, confidence, visited, summary, mentors), path)
 
 
 def trust_map_figure(world: World, advice: NDArray[Any], confidence: NDArray[np.float64],
-                     visited: NDArray[np.bool_], summary: Summary) -> Figure:
+                     visited: NDArray[np.bool_], summary: Summary,
+                     mentors: Sequence[str] = ONE_MENTOR) -> Figure:
     """
     Return a `trust_figure` of a training, or a `state_trust_figure` where there is no grid.
 
-    summary: of its run.
+    With several mentors there is a panel for each.
+
+    summary: of its run. mentors: names; of several, advice and confidence are in rows, as in
+        `Learned`.
     """
+    if len(mentors) > 1:
+        return trust_panels(world, f'Where {summary["method"]} follows each of its mentors; grey: '
+                            'never visited', mentors, advice, confidence, visited)
     title = (f'Where {summary["method"]} follows its mentor ({summary["mentor"]}); '
              'grey: never visited')
     draw = trust_figure if world.model == 'grid' else state_trust_figure

@@ -7,7 +7,7 @@ from comply_ros.dashboard.curve_panel import bounds, chart_options
 from comply_ros.plots.running_mean import running_mean
 from comply_ros.protocol import run_view
 from comply_ros.protocol.messages import Progress
-from comply_ros.protocol.run_view import LearningCurve
+from comply_ros.protocol.run_reports import LearningCurve
 
 
 def progress(iteration, mean_return=0.0):

@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 from tiny_worlds import grid
 
+from comply_ros.protocol.mentor_advice import MOST_MENTORS, name_of_mentor
 from comply_ros.protocol.messages import (
     Episode,
+    LearnerDescription,
     Notice,
     Policy,
     Progress,
@@ -18,7 +20,9 @@ from comply_ros.protocol.messages import (
     Trust,
     Values,
 )
-from comply_ros.protocol.run_view import LearningCurve, MAX_POINTS, RunReports, RunView, STATE_MAPS
+from comply_ros.protocol.run_reports import LearningCurve, MAX_POINTS, RunReports
+from comply_ros.protocol.run_view import RunView
+from comply_ros.protocol.state_maps import NOTHING, OF_MENTOR, STATE_MAPS
 from comply_ros.protocol.world_description import describe_world
 
 GRID = grid('..G', '...')
@@ -39,6 +43,17 @@ def progress(run, iteration, mean_return=0.0):
 def trust(values, run=7):
     """Return a `Trust`."""
     return Trust(run, array('f', values))
+
+
+def shown(view, topic, mentor=''):
+    """Return the array of a topic that a view has, of a mentor."""
+    return getattr(view.reports.of_mentor(mentor), OF_MENTOR[topic]) if topic in OF_MENTOR \
+        else getattr(view.reports, topic)
+
+
+def learner(*mentors):
+    """Return the description of a learner with these mentors."""
+    return LearnerDescription(7, 5, 0, 'explicit', '{}', 0, True, '', mentors)
 
 
 @pytest.fixture
@@ -82,7 +97,7 @@ def test_a_state_that_cannot_be_right_is_rejected_and_not_shown(view, s):
 def test_nothing_is_known_before_a_world():
     view = RunView()
     view.receive('trust', trust([0.5] * 6))
-    assert view.world is None and view.reports.trust is None
+    assert view.world is None and view.reports.mentors == {}
     assert view.waiting_for() == 'a world: is a grid_world running?'
 
 
@@ -93,7 +108,7 @@ def test_messages_that_came_before_their_world_are_shown_with_it():
     view.receive('trust', trust([0.9] * 6, run=8))
     view.receive('progress', progress(7, 1))
     view.receive('world', HERE)
-    assert view.reports.trust.tolist() == [0.5] * 6 and view.reports.values is None
+    assert view.reports.of_mentor().trust.tolist() == [0.5] * 6 and view.reports.values is None
     assert view.reports.curve.iterations == (1,)
     assert view.reports.observation.state == 0
 
@@ -105,7 +120,7 @@ def test_messages_of_another_run_change_nothing(view):
     view.receive('mentor_policy', Policy(8, array('h', [0] * 6)))
     reports = view.reports
     assert view.changed == set()
-    assert reports.trust is reports.progress is reports.mentor_policy is None
+    assert (reports.progress, reports.of_mentor()) == (None, NOTHING)
 
 
 @pytest.mark.parametrize('topic, msg, text', [
@@ -120,14 +135,14 @@ def test_messages_of_another_run_change_nothing(view):
 def test_a_map_that_cannot_be_of_this_world_is_rejected_and_removed(view, topic, msg, text):
     rejected, = view.receive(topic, msg)
     assert rejected.reason.startswith(text)
-    assert getattr(view.reports, topic) is None
+    assert shown(view, topic) is None
 
 
 def test_maps_are_arrays_of_their_type(view):
     view.receive('mentor_policy', Policy(7, array('h', [1, 1, 3, 1, 1, -1])))
-    assert view.reports.mentor_policy.dtype == np.int8
+    assert view.reports.of_mentor().policy.dtype == np.int8
     view.receive('trust', trust([0.5] * 6))
-    assert view.reports.trust.dtype == np.float32
+    assert view.reports.of_mentor().trust.dtype == np.float32
 
 
 def test_another_world_is_followed_when_this_one_is_silent_and_that_one_publishes(view):
@@ -172,7 +187,80 @@ def test_the_history_has_every_result_and_the_newest_advice():
     reports.add('state', state(4, 2))
     assert list(reports.progress_by_iteration) == [1, 2]
     assert list(reports.episodes) == [(7, 1), (7, 2)]
-    assert (reports.advice, reports.visited) == ({4: 3}, {4})
+    assert (reports.advice, reports.visited) == ({'': {4: 3}}, {4})
+
+
+def test_each_mentor_has_its_trust_its_policy_and_its_advice(view):
+    for name, confidence, action in (('anna', 0.25, 1), ('bob', 0.75, 3)):
+        view.receive('trust', trust([confidence] * 6)._replace(mentor=name))
+        policy = Policy(7, array('h', [action, action, -1, -1, -1, -1]))
+        view.receive(f'mentors/{name}/mentor_policy', policy)
+        view.receive(f'mentors/{name}/recommendation', Recommendation(7, 1, 0, 4, action, name))
+    assert shown(view, 'trust', 'anna').tolist() == [0.25] * 6
+    assert shown(view, 'trust', 'bob').tolist() == [0.75] * 6
+    assert shown(view, 'mentor_policy', 'bob').tolist()[:2] == [3, 3]
+    assert view.reports.advice == {'anna': {4: 1}, 'bob': {4: 3}}
+    assert view.reports.of_mentor() == NOTHING
+    assert view.changed == ALL_TOPICS | {'recommendation'}
+
+
+def test_the_confidence_in_each_mentor_is_no_result_of_an_iteration():
+    reports = RunReports(history=True)
+    reports.add('method', learner('anna', 'bob'))
+    for iteration in (1, 2):
+        msg = progress(7, iteration, float(iteration))
+        for name, confidence in (('', 0.5), ('anna', 0.25), ('bob', float('nan'))):
+            reports.add('progress', msg._replace(mentor=name, confidence=confidence))
+    assert reports.curve == LearningCurve((1, 2), (1.0, 2.0))
+    assert (reports.progress.mentor, list(reports.progress_by_iteration)) == ('', [1, 2])
+    assert [reports.confidence_in(name) for name in ('anna', 'bob')] == [0.25, None]
+
+
+def test_the_confidence_in_a_mentor_without_a_name_follows_that_in_all():
+    reports = RunReports()
+    reports.add('method', learner('', 'anna'))
+    for name, confidence in (('', 0.5), ('', 0.75), ('anna', 0.25)):
+        reports.add('progress', progress(7, 1)._replace(mentor=name, confidence=confidence))
+    assert (reports.progress.confidence, reports.confidence_in('')) == (0.5, 0.75)
+
+
+def test_the_confidence_in_the_only_mentor_is_that_of_the_iteration():
+    reports = RunReports()
+    assert reports.confidence_in('') is None
+    reports.add('progress', progress(7, 1))
+    assert reports.confidence_in('') == 0.5
+
+
+@pytest.mark.parametrize('mentors, policies, names', [
+    (None, (), ('',)), (('',), ('',), ('',)), (('',), ('anna',), ('anna',)),
+    (('bob', 'anna'), ('', 'anna', 'carl'), ('bob', 'anna', '', 'carl')),
+    (('', 'anna'), ('anna',), ('', 'anna'))])
+def test_the_mentors_of_the_learner_are_named_first_in_its_order(view, mentors, policies, names):
+    if mentors:
+        view.receive('method', learner(*mentors))
+    for name in policies:
+        view.receive(name_of_mentor('mentor_policy', name), Policy(7, array('h', 6 * [-1])))
+    assert view.reports.mentor_names() == names
+
+
+def test_a_wrong_map_of_one_mentor_removes_no_other(view):
+    for name in ('anna', 'bob'):
+        view.receive('trust', trust([0.5] * 6)._replace(mentor=name))
+    rejected, = view.receive('trust', trust([1.5] * 6)._replace(mentor='bob'))
+    assert rejected.reason == 'trust in bob must lie in [0, 1], got 1.5'
+    rejected, = view.receive('mentors/anna/mentor_policy', Policy(7, array('h', [-1])))
+    assert rejected.reason == ('mentors/anna/mentor_policy must have the 6 states of the world, '
+                               'got 1')
+    assert shown(view, 'trust', 'bob') is None and shown(view, 'trust', 'anna') is not None
+
+
+def test_names_that_no_mentor_can_have_are_passed_over_and_so_are_too_many(view):
+    for name in ('<b>', 'a/b', *(f'mentor{number}' for number in range(50))):
+        view.receive('trust', trust([0.5] * 6)._replace(mentor=name))
+    assert list(view.reports.mentors)[:2] == ['mentor0', 'mentor1']
+    assert len(view.reports.mentors) == MOST_MENTORS + 1
+    view.receive('method', learner('a', 'a'))
+    assert view.reports.learner is None
 
 
 @pytest.mark.parametrize('fields', [

@@ -18,7 +18,7 @@ from comply_ros.dashboard.health_panel import health_text
 from comply_ros.dashboard.mentor_panel import steering_actions, trust_text
 from comply_ros.nodes.diagnostics import ERROR, OK, WARN
 from comply_ros.protocol.messages import Progress
-from comply_ros.protocol.run_view import RunReports
+from comply_ros.protocol.run_reports import RunReports
 from comply_ros.protocol.world_description import describe_world
 from comply_ros.world.mdp import World
 

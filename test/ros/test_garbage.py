@@ -24,7 +24,7 @@ from comply_ros.nodes import topics
 from comply_ros.nodes.node_processes import START
 from comply_ros.numerics.rng import random_streams
 from comply_ros.protocol.messages import Progress
-from comply_ros.protocol.run_view import is_possible_progress
+from comply_ros.protocol.run_reports import is_possible_progress
 from comply_ros.storage.map_files import read_map
 from comply_ros.storage.mentor_cache import mentor_policy, read_mentor_spec
 from comply_ros.world.mdp import World

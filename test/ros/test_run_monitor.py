@@ -15,9 +15,17 @@ from waiting import DEADLINE
 
 from comply_ros.nodes.diagnostics import OK, process_name, RUN, TOPIC
 from comply_ros.nodes.run_monitor import LessonFailed, RunMonitor
-from comply_ros.nodes.topics import encoder, EPISODE, MENTOR_POLICY, PROGRESS, WORLD
+from comply_ros.nodes.topics import (
+    encoder,
+    EPISODE,
+    MENTOR_POLICY,
+    PROGRESS,
+    RECOMMENDATION,
+    topic_of_mentor,
+    WORLD,
+)
 from comply_ros.protocol.iteration_counter import IterationCounter
-from comply_ros.protocol.messages import Episode, Policy, Progress, REPORTS
+from comply_ros.protocol.messages import Episode, Policy, Progress, Recommendation, REPORTS
 from comply_ros.protocol.world_description import describe_world
 
 GRID = grid('..G')
@@ -27,8 +35,8 @@ ADVICE = (1, 1, -1)
 class Bench:
     """A monitor, and publishers of all that it follows, in one process."""
 
-    def __init__(self, *arguments):
-        self.monitor = RunMonitor('', GRID, *arguments)
+    def __init__(self, *arguments, **more):
+        self.monitor = RunMonitor('', GRID, *arguments, **more)
         self._node = rclpy.create_node('publishers')
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self.monitor)
@@ -50,13 +58,17 @@ class Bench:
             publisher.publish(DiagnosticArray(status=[status]))
             self._executor.spin_once(timeout_sec=0.05)
 
+    def spin_once(self):
+        """Receive what has come."""
+        self._executor.spin_once(timeout_sec=0.05)
+
     def world(self, run, began=0, grid=GRID):
         """Publish a world."""
         self.publish(WORLD, describe_world(grid, 'small', run, began))
 
-    def advice(self, run, action=ADVICE):
-        """Publish advice for all states."""
-        self.publish(MENTOR_POLICY, Policy(run, action))
+    def advice(self, run, action=ADVICE, name=''):
+        """Publish advice of a mentor for all states."""
+        self.publish(topic_of_mentor(MENTOR_POLICY, name), Policy(run, action))
 
     def progress(self, run, iteration, **changes):
         """Publish an iteration of three."""
@@ -143,6 +155,36 @@ def test_a_lesson_is_not_finished_before_the_advice_is_known(bench):
     assert not bench.monitor.finished
     bench.advice(7)
     assert bench.monitor.finished
+
+
+def test_the_confidence_in_each_mentor_is_no_iteration(bench):
+    bench.world(7)
+    for iteration in (1, 2):
+        for name in ('', 'anna', 'bob'):
+            bench.progress(7, iteration, mentor=name, confidence=0.25)
+    assert [(msg.iteration, msg.mentor) for msg in bench.monitor.progress] == [(1, ''), (2, '')]
+
+
+def test_a_lesson_with_several_mentors_waits_for_the_advice_of_each_in_their_order(domain):
+    rclpy.init()
+    try:
+        bench = Bench(mentors=('bob', 'anna'))
+        bench.world(7)
+        for iteration in (1, 2, 3):
+            bench.progress(7, iteration)
+        bench.advice(7, (1, 0, -1), 'anna')
+        assert not bench.monitor.finished
+        bench.advice(7, ADVICE, 'bob')
+        assert bench.monitor.finished
+        assert bench.monitor.advice.tolist() == [*ADVICE, 1, 0, -1]
+        assert bench.monitor.other_mentors(False) == 0
+        bench.publish(topic_of_mentor(RECOMMENDATION, 'carl'), Recommendation(7, 1, 0, 0, 1))
+        end = time.monotonic() + DEADLINE
+        while not bench.monitor.other_mentors(True) and time.monotonic() < end:
+            bench.spin_once()
+        assert bench.monitor.other_mentors(True) == 1
+    finally:
+        rclpy.try_shutdown()
 
 
 def test_repeated_skipped_and_invalid_iterations_are_ignored(bench):

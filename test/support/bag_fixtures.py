@@ -17,12 +17,14 @@ from comply_ros.learner.presets import METHODS
 from comply_ros.mentor.mentor_policies import noisy_policy
 from comply_ros.protocol.learner import Learner
 from comply_ros.protocol.mentor import Mentor
+from comply_ros.protocol.mentor_advice import name_of_mentor, topic_and_mentor
 from comply_ros.protocol.messages import (
     Action,
     Episode,
     INNER_TUPLES,
     LearnerDescription,
     NANOSECONDS,
+    Notice,
     Policy,
     Progress,
     Recommendation,
@@ -68,46 +70,66 @@ TOPICS = {StateReward: 'state', Recommendation: 'recommendation', Action: 'actio
 
 
 class SimulatedRun:
-    """A whole training: `messages` has all of it as (topic, tuple), `digest` what was learned."""
+    """
+    A whole training: `messages` has all of it as (topic, tuple), `digest` what was learned.
+
+    mentors: names. joining: after how many observations others want to join, by name.
+    """
 
     def __init__(self, method='beta_implicit', iterations=3, episodes=4, seed=3, run=7, number=5,
-                 **settings):
+                 mentors=('',), joining=None, **settings):
         self.config = replace(METHODS['published'][method], iterations=iterations,
                               episodes=episodes, **settings)
         self.grid = read_map('bar_grid', 'published')
         self.world = WorldMachine(self.grid, 'bar_grid', run, seed)
-        self.mentor, self.learner = Mentor(), Learner(self.config, seed, number=number)
+        self.joining = joining or {}
+        self.mentors = {name: Mentor(name=name) for name in (*mentors, *self.joining)}
+        self.learner = Learner(self.config, seed, number=number, mentors=mentors)
         self._method, self._seed, self.messages = method, seed, []
         self._start()
         while not self.learner.finished:
             self._step()
-        self._publish('trust', Trust(run, confidence_map(
-            self.config, self.learner.state, self.learner.advice()).tolist()))
+        confidence = confidence_map(self.config, self.learner.state, self.learner.advice())
+        for name, row in zip(self.learner.mentors,
+                             confidence.reshape(len(self.learner.mentors), -1)):
+            self._publish('trust', Trust(run, row.tolist(), name))
         self.digest = self.learner.state.digest()
         self._describe_learner(self.digest)
 
     def _start(self):
         description = self.world.description
         self._publish('world', description)
-        self.mentor.on_world(description)
         self.learner.on_world(description)
         self._describe_learner()
-        policy = noisy_policy(World(self.grid), 0.3, np.random.default_rng(0))
-        self.mentor.use(policy)
-        self._publish('mentor_policy', Policy(description.run, policy.tolist()))
+        for m, (name, mentor) in enumerate(self.mentors.items()):
+            mentor.on_world(description)
+            policy = noisy_policy(World(self.grid), 0.3, np.random.default_rng(m))
+            mentor.use(policy)
+            self._publish(name_of_mentor('mentor_policy', name),
+                          Policy(description.run, policy.tolist()))
 
-    def _describe_learner(self, digest=''):
+    def _describe_learner(self, digest='', count=None):
         self._publish('method', LearnerDescription(
-            self.learner.tracker.run, self.learner.number, self.learner.step_count, self._method,
-            json.dumps(asdict(self.config)), self._seed, True, digest))
+            self.learner.tracker.run, self.learner.number,
+            self.learner.step_count if count is None else count, self._method,
+            json.dumps(asdict(self.config)), self._seed, True, digest, self.learner.mentors))
 
     def _step(self):
-        observation = self.world.observation
+        observation, before = self.world.observation, self.learner.step_count
         self._publish('state', observation)
+        for name, answered in self.joining.items():
+            if answered == before:
+                self.learner.join(name)
         outputs = self.learner.observe(observation)
-        for recommendation in self.mentor.observe(observation):
-            self._publish('recommendation', recommendation)
-            outputs += self.learner.on_recommendation(recommendation)
+        if outputs and type(outputs[0]) is Notice:  # mentors have joined
+            self._describe_learner(count=before)
+            outputs = outputs[1:]
+        for name, mentor in self.mentors.items():
+            for recommendation in mentor.observe(observation):
+                self._publish(name_of_mentor('recommendation', name), recommendation)
+                if name in self.learner.mentors:
+                    m = self.learner.mentors.index(name)
+                    outputs += self.learner.on_recommendation(recommendation, m)
         for msg in outputs:
             self._publish(TOPICS[type(msg)], msg)
         for action in (msg for msg in outputs if type(msg) is Action):
@@ -123,8 +145,9 @@ def write_bag(path, messages, storage='mcap', namespace='', chunk=200, definitio
     """Write messages to a bag, so many in a chunk of an MCAP file; return its path."""
     bag = BagWriter(path, definitions, storage)
     store = types(tuple(definitions.items()))
-    for topic in TOPIC_TYPES:
-        bag.add(f'{namespace}/{topic}', message_type(topic))
+    messages = list(messages)
+    for topic in dict.fromkeys((*TOPIC_TYPES, *(topic for topic, _ in messages))):
+        bag.add(f'{namespace}/{topic}', message_type(topic_and_mentor(topic)[0]))
     for number, (topic, msg) in zip(count(1), messages):
         bag.write(f'{namespace}/{topic}', 10 ** 18 + number, serialize(store, topic, msg))
         if number % chunk == 0:
@@ -145,7 +168,7 @@ def types(definitions):
 
 def serialize(store, topic, msg):
     """Return the bytes of a message."""
-    name = message_type(topic)
+    name = message_type(topic_and_mentor(topic)[0])
     if 'std_msgs/msg/Header' not in store.types:
         return store.serialize_cdr(to_old_message(store, name, msg), name)
     header = store.types['std_msgs/msg/Header'](store.types[TIME](5, 6), '')
@@ -168,9 +191,11 @@ def to_old_message(store, name, msg):
 
 
 def to_message(store, name, msg, **more):
-    """Return a message of a type with the fields of a tuple."""
-    values = {}
+    """Return a message of a type with those fields of a tuple that the type has."""
+    values, fields = {}, {field for field, _ in store.fielddefs[name][1]}
     for field, value in msg._asdict().items():
+        if field not in fields:
+            continue
         if field in INNER_TUPLES:
             kind = f'comply_msgs/msg/{INNER_TUPLES[field].__name__}'
             value = to_message(store, kind, value)

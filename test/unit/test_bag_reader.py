@@ -6,7 +6,7 @@ import shutil
 import subprocess
 import sys
 
-from bag_fixtures import OLD_DEFINITIONS, SimulatedRun, write_bag
+from bag_fixtures import DEFINITIONS, OLD_DEFINITIONS, SimulatedRun, write_bag
 from mcap.reader import make_reader
 from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
@@ -17,7 +17,7 @@ from rosbags.highlevel import AnyReader
 from comply_ros.bags import replay
 from comply_ros.bags.bag_message import BagError
 from comply_ros.bags.bag_reader import Bag
-from comply_ros.bags.message_decoder import DecodedMessages
+from comply_ros.bags.message_decoder import DecodedMessages, topic_kind
 from comply_ros.protocol.world_description import is_same_world
 
 STORAGES = {'mcap': '.mcap', 'sqlite3': '.db3'}
@@ -102,6 +102,44 @@ def test_a_bag_of_version_0_1_0_is_read_and_replayed(messages, tmp_path, capsys)
     assert world.sha256 == '' and is_same_world(world, written)
     assert replay.main(['replay', str(old)]) == 0
     assert ' actions' in capsys.readouterr().out
+
+
+def definitions_of_protocol_2():
+    """Return the texts of the messages of protocol 2, which have no lists of mentors."""
+    later = {'Action': ('uint16 mentor ', 'int16[] all_advice '),
+             'LearnerDescription': ('string[] mentors ',)}
+    return {name: '\n'.join(line for line in text.splitlines() if not line.startswith(
+        later.get(name.rpartition('/')[2], ('no such field',)))) for name, text
+        in DEFINITIONS.items()}
+
+
+def test_a_bag_of_protocol_2_is_read_and_replayed(messages, tmp_path, capsys):
+    definitions = definitions_of_protocol_2()
+    assert 'all_advice' not in ''.join(definitions.values())
+    older = [(topic, msg._replace(protocol=2) if topic == 'world' else msg)
+             for topic, msg in messages]
+    bag = write_bag(tmp_path / 'bag', older, definitions=definitions)
+    assert listed(DecodedMessages(Bag(bag))) == listed(messages)
+    assert replay.main(['replay', str(bag)]) == 0
+    assert 'matching digest' in capsys.readouterr().out
+
+
+def test_the_topics_of_mentors_with_names_are_read(tmp_path, capsys):
+    written = SimulatedRun(iterations=1, episodes=2, mentors=('anna', 'bob')).messages
+    topics = {topic for topic, _ in written}
+    assert {'mentors/anna/recommendation', 'mentors/bob/mentor_policy'} <= topics
+    bag = write_bag(tmp_path / 'bag', written, namespace='/second')
+    assert listed(DecodedMessages(Bag(bag))) == listed(written)
+    assert replay.main(['replay', str(bag)]) == 0
+    assert 'matching digest' in capsys.readouterr().out
+
+
+@pytest.mark.parametrize('topic, kind', [
+    ('action', 'action'), ('mentors/anna/mentor_policy', 'mentor_policy'),
+    ('mentors/anna/action', None), ('mentors/a b/recommendation', None), ('view/map', None),
+    ('others/anna/recommendation', None), ('mentors/anna/bob/recommendation', None)])
+def test_only_mentors_have_topics_of_their_own(topic, kind):
+    assert topic_kind(topic) == kind
 
 
 def test_a_bag_of_an_unknown_version_is_rejected(messages, tmp_path):

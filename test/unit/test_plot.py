@@ -6,7 +6,7 @@ import matplotlib.image
 import pytest
 
 from comply_ros.bags import plot
-from comply_ros.protocol.run_view import RunReports
+from comply_ros.protocol.run_reports import RunReports
 
 
 @pytest.fixture(scope='module')
@@ -49,6 +49,20 @@ def test_a_bag_that_was_cut_off_is_drawn_as_far_as_it_was_read(messages, tmp_pat
 def test_a_picture_without_its_messages_is_not_drawn(messages, tmp_path, missing, pictures):
     bag = write_bag(tmp_path / 'bag', [each for each in messages if each[0] != missing])
     assert drawn(bag) == pictures
+
+
+def test_the_trust_map_of_a_bag_with_several_mentors_has_a_panel_for_each(tmp_path):
+    one = matplotlib.image.imread(_drawn_trust(tmp_path / 'one', ['anna']))
+    two = matplotlib.image.imread(_drawn_trust(tmp_path / 'two', ['anna', 'bob']))
+    three = matplotlib.image.imread(_drawn_trust(tmp_path / 'three', ['anna', 'bob', 'carl']))
+    assert abs(one.shape[1] - one.shape[0]) < 200  # the whole picture for the only one
+    assert three.shape[1] - two.shape[1] > 0.8 * two.shape[1] / 2.3  # one panel more
+
+
+def _drawn_trust(folder, mentors):
+    run = SimulatedRun(iterations=1, episodes=3, mentors=tuple(mentors))
+    assert drawn(write_bag(folder, run.messages)) == ALL
+    return folder.with_name(f'{folder.name}-pictures') / 'trust_map.png'
 
 
 def test_the_curve_starts_again_with_a_new_learner(messages):

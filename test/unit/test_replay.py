@@ -249,6 +249,67 @@ def test_a_learner_that_learns_nothing_is_verified():
     assert result.digest == recorded.digest and result.matching > 10
 
 
+@pytest.mark.parametrize('method', METHODS['published'])
+def test_a_learner_with_several_mentors_is_verified_up_to_its_last_digest(method):
+    run = SimulatedRun(method, iterations=2, episodes=2, mentors=('anna', '', 'bob'))
+    result, = check(run.messages).replays
+    assert (result.digests, result.digest, result.unadvised) == (1, run.digest, 0)
+    assert result.matching == sum(topic == 'action' for topic, _ in run.messages) > 10
+
+
+@pytest.fixture(scope='module')
+def of_several():
+    """Return a run of a learner with two mentors; a third one joins."""
+    return SimulatedRun(mentors=('anna', 'bob'), joining={'carl': 15})
+
+
+def test_a_mentor_that_joins_is_verified(of_several):
+    names = [tuple(msg.mentors) for topic, msg in of_several.messages if topic == 'method']
+    assert names == [('anna', 'bob'), ('anna', 'bob', 'carl'), ('anna', 'bob', 'carl')]
+    counts = [len(msg.all_advice) for topic, msg in of_several.messages if topic == 'action']
+    assert counts == sorted(counts) and {*counts} == {2, 3}
+    result, = check(of_several.messages).replays
+    assert (result.digest, result.learner.mentors) == (of_several.digest, names[-1])
+
+
+def test_advice_of_another_mentor_that_was_not_given_is_named(of_several):
+    place = next(number for number, (topic, msg) in enumerate(of_several.messages)
+                 if topic == 'mentors/bob/mentor_policy')
+    topic, policy = of_several.messages[place]
+    others = [(topic, policy._replace(action=[(a + 1) % 4 for a in policy.action])),
+              *(each for each in of_several.messages if 'mentors/bob' not in each[0])]
+    with pytest.raises(ReplayDifference, match=r'recorded advice \d of mentor bob in state \d+, '
+                       'and the bag has no such recommendation'):
+        check(others)
+
+
+def test_advice_that_counted_otherwise_is_found(of_several):
+    actions = [msg for topic, msg in of_several.messages if topic == 'action']
+    number = next(n for n, msg in enumerate(actions) if n > 20 and msg.advice >= 0)
+    with pytest.raises(ReplayDifference, match='topic action, run 7'):
+        check(changed(of_several.messages, 'action', number, mentor=9))
+
+
+def test_another_confidence_in_one_mentor_is_named(of_several):
+    number = next(n for n, msg in enumerate(msg for topic, msg in of_several.messages
+                                            if topic == 'progress') if msg.mentor == 'bob')
+    with pytest.raises(ReplayDifference,
+                       match='topic progress, run 7, iteration 1, mentor bob: recorded'):
+        check(changed(of_several.messages, 'progress', number, confidence=0.125))
+
+
+def test_missing_actions_of_several_mentors_are_inferred_from_their_policies(of_several):
+    late = without(of_several.messages, 'action', 30)
+    result, = check(late).replays
+    assert (result.inferred, result.digest) == (1, of_several.digest)
+
+
+def test_names_that_no_mentors_can_have_are_named(recorded):
+    with pytest.raises(BagError, match='the mentors of learner 5 must have names that they can '
+                       r"have, got \('a', 'a'\)"):
+        check(changed(recorded.messages, 'method', 0, mentors=('a', 'a')))
+
+
 def test_the_namespace_can_be_chosen(recorded, tmp_path, capsys):
     bag = write_bag(tmp_path / 'bag', recorded.messages, namespace='/second')
     assert run_replay(capsys, bag, '--namespace', 'second')[0] == 0

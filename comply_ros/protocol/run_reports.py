@@ -1,0 +1,209 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The newest messages of each kind in one run, of the learner and of each of its mentors."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from math import isfinite
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from comply_ros.mentor.several_mentors import MOST_MENTORS
+from comply_ros.protocol.mentor_advice import can_be_mentors, topic_and_mentor
+from comply_ros.protocol.messages import (
+    Action,
+    Episode,
+    LearnerDescription,
+    Progress,
+    Rejected,
+    StateReward,
+    WorldDescription,
+)
+from comply_ros.protocol.state_maps import (
+    MentorReports,
+    NOTHING,
+    OF_MENTOR,
+    STATE_MAPS,
+    validated_map,
+)
+from comply_ros.world.mdp import World
+
+MAX_POINTS = 2000  # of a learning curve; a longer one loses every second point
+
+
+class LearningCurve(NamedTuple):
+    """Iterations, ascending, and the mean return of each."""
+
+    iterations: tuple[int, ...] = ()
+    returns: tuple[float, ...] = ()
+
+    def extended(self, msg: Progress) -> LearningCurve:
+        """
+        Return the curve that ends with the iteration of a `Progress`.
+
+        Points from that iteration on are removed: a learner that was reset reports them again.
+        A curve that is too long loses every second point, but never the newest one.
+        """
+        count = bisect_left(self.iterations, msg.iteration)
+        iterations = (*self.iterations[:count], msg.iteration)
+        returns = (*self.returns[:count], msg.mean_return)
+        if count < MAX_POINTS:
+            return LearningCurve(iterations, returns)
+        first = 1 - len(iterations) % 2
+        return LearningCurve(iterations[first::2], returns[first::2])
+
+
+class RunReports:
+    """
+    The newest message of each kind in one run; None where there was none.
+
+    Parameters
+    ----------
+    history: whether all results of iterations and episodes are stored too.
+
+    Attributes
+    ----------
+    description, learner: of the world, and of the learner.
+    observation, action, episode, progress: the newest ones; `progress` is for all mentors.
+    curve: the learning curve.
+    policy, values: arrays over all states.
+    mentors: what is known of each mentor, by name; '' for one without a name.
+    advice: of each mentor, the newest recommended action by state.
+    visited: the states of all observations.
+    progress_by_iteration, episodes: all results, with `history`; episodes by (run, episode).
+
+    """
+
+    def __init__(self, history: bool = False) -> None:
+        self.description: WorldDescription | None = None
+        self.learner: LearnerDescription | None = None
+        self.observation: StateReward | None = None
+        self.action: Action | None = None
+        self.episode: Episode | None = None
+        self.progress: Progress | None = None
+        self.curve = LearningCurve()
+        self.policy: NDArray[Any] | None = None
+        self.values: NDArray[Any] | None = None
+        self.mentors: dict[str, MentorReports] = {}
+        self.advice: dict[str, dict[int, int]] = {}
+        self.visited: set[int] = set()
+        self.progress_by_iteration: dict[int, Progress] = {}
+        self.episodes: dict[tuple[int, int], Episode] = {}
+        self._history = history
+
+    def mentor_names(self) -> tuple[str, ...]:
+        """
+        Return the names of the mentors, always the same way: there is at least one.
+
+        First those that the learner has, in its order, then others that are known. One without a
+        name, which every learner has until it finds others, is left out where it is silent.
+        """
+        own = self.learner.mentors if self.learner else ()
+        names = (*own, *sorted(self.mentors.keys() - set(own)))
+        known = [name for name in names
+                 if name or len(own) > 1 and '' in own or self.of_mentor().policy is not None]
+        return tuple(known) or ('',)
+
+    def of_mentor(self, name: str = '') -> MentorReports:
+        """Return what is known of a mentor."""
+        return self.mentors.get(name, NOTHING)
+
+    def confidence_in(self, name: str) -> float | None:
+        """Return the confidence in a mentor in the last iteration; None without its advice."""
+        several = len(self.mentor_names()) > 1
+        confidence = self.of_mentor(name).confidence if several else \
+            self.progress and self.progress.confidence
+        return None if confidence is None or confidence != confidence else confidence
+
+    def _change_mentor(self, name: str, **fields: Any) -> None:
+        """Store what is known of a mentor now, if there can be one more of this name."""
+        if name in self.mentors or can_be_mentors([name]) and len(self.mentors) <= MOST_MENTORS:
+            self.mentors = {**self.mentors, name: self.of_mentor(name)._replace(**fields)}
+
+    def add(self, full_name: str, msg: Any) -> None:
+        """
+        Take the next message on a topic; one that cannot be right is passed over.
+
+        full_name: of the topic, as `name_of_mentor` makes it.
+        """
+        topic, mentor = topic_and_mentor(full_name)
+        if topic == 'state':
+            self.observation = msg
+            self.visited.add(msg.state)
+        elif topic == 'action':
+            self.action = msg
+        elif topic == 'recommendation':
+            self.advice.setdefault(mentor, {})[msg.state] = msg.action
+        elif topic == 'progress':
+            if is_possible_progress(msg):
+                self._add_progress(msg)
+        elif topic == 'episode':
+            self.episode = msg
+            if self._history:
+                self.episodes[msg.run, msg.episode] = msg
+        elif topic in STATE_MAPS:
+            field, dtype = STATE_MAPS[topic]
+            self._store_map(topic, mentor_of(full_name, msg),
+                            np.array(getattr(msg, field), dtype=dtype))
+        elif topic == 'world':
+            self.description = msg
+        elif topic == 'method' and can_be_mentors(msg.mentors):
+            self.learner = msg
+
+    def _add_progress(self, msg: Progress) -> None:
+        """
+        Take the result of an iteration, or the confidence in one of several mentors in it.
+
+        That in a mentor without a name follows the result, and has the same iteration.
+        """
+        own = self.learner.mentors if self.learner else ()
+        is_unnamed = (len(own) > 1 and '' in own and self.progress is not None
+                      and self.progress.iteration == msg.iteration)
+        if msg.mentor or is_unnamed:
+            self._change_mentor(msg.mentor, confidence=msg.confidence)
+            return
+        self.progress, self.curve = msg, self.curve.extended(msg)
+        if self._history:
+            self.progress_by_iteration[msg.iteration] = msg
+
+    def validate_maps(self, world: World) -> list[Rejected]:
+        """Remove the arrays that cannot be of this world; return why."""
+        maps = [('policy', ''), ('values', ''),
+                *((topic, name) for name in self.mentors for topic in OF_MENTOR)]
+        return [problem for topic, name in maps
+                for problem in self.validate_map(world, topic, name)]
+
+    def validate_map(self, world: World, topic: str, mentor: str = '') -> list[Rejected]:
+        """Remove the array of a topic, of a mentor, if it cannot be of this world; return why."""
+        array = getattr(self.of_mentor(mentor), OF_MENTOR[topic]) if topic in OF_MENTOR \
+            else getattr(self, topic)
+        if array is None:
+            return []
+        problems = []
+        try:
+            array = validated_map(topic, mentor, array, world)
+        except ValueError as error:
+            array = None
+            problems.append(Rejected(f'{topic} of another shape or content', str(error)))
+        self._store_map(topic, mentor, array)
+        return problems
+
+    def _store_map(self, topic: str, mentor: str, array: NDArray[Any] | None) -> None:
+        if topic in OF_MENTOR:
+            self._change_mentor(mentor, **{OF_MENTOR[topic]: array})
+        else:
+            setattr(self, topic, array)
+
+
+def mentor_of(topic: str, msg: Any) -> str:
+    """Return the name of the mentor that a message is about: its own, or that of the topic."""
+    return getattr(msg, 'mentor', '') or topic_and_mentor(topic)[1]
+
+
+def is_possible_progress(msg: Progress) -> bool:
+    """Tell whether the numbers of a `Progress` are what the message promises."""
+    return (isfinite(msg.mean_return) and 0.0 <= msg.temperature < float('inf')
+            and (msg.confidence != msg.confidence or 0.0 <= msg.confidence <= 1.0)
+            and msg.episodes > 0 and msg.finished == (msg.iteration == msg.iterations))
