@@ -2,6 +2,7 @@
 """A node between other nodes that drops, delays, duplicates and reorders their messages."""
 
 from collections.abc import Callable, Sequence
+from fnmatch import fnmatchcase
 from importlib import import_module
 import time
 from typing import Any
@@ -15,11 +16,18 @@ from comply_ros.nodes.parameter_node import SafeParameterNode
 from comply_ros.nodes.parameters import DEPTH, FAULTS, ParameterError, SEED, TOPICS
 from comply_ros.nodes.protocol_node import PATIENCE
 from comply_ros.nodes.spin import run_node
-from comply_ros.protocol.channel_faults import fault_streams, FaultError, Faults, FaultyChannel
+from comply_ros.protocol.channel_faults import (
+    fault_streams,
+    FaultError,
+    Faults,
+    FaultyChannel,
+    stream_of_topic,
+)
 from comply_ros.storage.file_system import printable
 
 DISCOVERY_PERIOD = 0.1  # seconds between two checks for publishers
 DUE_PERIOD = 0.002  # seconds between two checks for delayed messages, while there are any
+ANY, STAND_IN = '*', 'any_part'  # of the name of a topic, and what is allowed in its place
 QUEUE = 100  # messages that may wait for the relay, or for its subscribers
 
 
@@ -33,14 +41,15 @@ class FaultInjectorNode(SafeParameterNode):
     def __init__(self, **kwargs: Any) -> None:
         super().__init__('fault_injector', **kwargs)
         self.mistake = None  # an exception here would end the node
-        names, seed, self._depth = (self.declare(each) for each in (TOPICS, SEED, DEPTH))
+        names, self._seed, self._depth = (self.declare(each) for each in (TOPICS, SEED, DEPTH))
         try:
-            faults = Faults(**{each.name: self.declare(each) for each in FAULTS})
+            self._faults = Faults(**{each.name: self.declare(each) for each in FAULTS})
         except FaultError as error:
             raise ParameterError(f'parameter {error}') from None
         check_topics(self, names)
-        self._channels = {name: FaultyChannel(faults, generator) for name, generator in
-                          zip(names, fault_streams(seed, len(names)))}
+        self._channels = {name: FaultyChannel(self._faults, generator) for name, generator in
+                          zip(names, fault_streams(self._seed, len(names))) if ANY not in name}
+        self._patterns = [resolved(self, before(name)) for name in names if ANY in name]
         self._publish: dict[str, Callable[[bytes], None]] = {}  # of topics that are relayed
         self._warned: set[str] = set()  # topics
         self._start, self._has_waited = time.monotonic(), False
@@ -56,6 +65,8 @@ class FaultInjectorNode(SafeParameterNode):
 
     def _discover(self) -> None:
         """Relay each topic that has a publisher; warn, once, of what cannot be relayed."""
+        for name in self._new_names() if self._patterns else ():
+            self._channels[name] = FaultyChannel(self._faults, stream_of_topic(self._seed, name))
         for name in self._channels:
             ends = self.get_publishers_info_by_topic(self.resolve_topic_name(before(name)))
             if ends:
@@ -68,6 +79,14 @@ class FaultInjectorNode(SafeParameterNode):
             self.get_logger().warning('waits for a publisher on ' + ', '.join(
                 f'{before(name)} (a node started with -r {name}:={before(name)})'
                 for name in silent))
+
+    def _new_names(self) -> list[str]:
+        """Return the names of topics that have a pattern, and are not relayed yet."""
+        found = [topic for topic, _ in self.get_topic_names_and_types()
+                 if any(fnmatchcase(topic, pattern) and topic.count('/') == pattern.count('/')
+                        for pattern in self._patterns)]
+        names = [topic.removesuffix(before('')) for topic in found]
+        return [name for name in names if name not in self._channels]
 
     def _match(self, name: str, ends: Sequence[TopicEndpointInfo]) -> None:
         """Start to relay a topic if its publishers agree; warn, once, if they do not."""
@@ -106,6 +125,11 @@ def before(name: str) -> str:
     return f'{name}/before'
 
 
+def resolved(node: Node, name: str) -> str:
+    """Return the full name of a topic, of which a part may be any; raises RuntimeError."""
+    return node.resolve_topic_name(name.replace(ANY, STAND_IN)).replace(STAND_IN, ANY)
+
+
 def check_topics(node: Node, names: Sequence[str]) -> None:
     """
     Return if the topics can be relayed.
@@ -118,7 +142,7 @@ def check_topics(node: Node, names: Sequence[str]) -> None:
     known: dict[str, str] = {}
     for name in names:
         try:
-            full, full_before = (node.resolve_topic_name(each) for each in (name, before(name)))
+            full, full_before = (resolved(node, each) for each in (name, before(name)))
         except RuntimeError as error:
             reason = str(error).removeprefix('failed to resolve name: ').partition(', at /')[0]
             raise ParameterError(

@@ -51,7 +51,9 @@ class RecordNode(SafeParameterNode):
                 depth=DEPTH, reliability=ReliabilityPolicy.RELIABLE,
                 durability=DurabilityPolicy.TRANSIENT_LOCAL), (latched(topic.qos.depth),))
         self._record(DiagnosticArray, DIAGNOSTICS, QoSProfile(depth=DEPTH), ())
-        self._patterns = [self._absolute(each) for each in self.declare(RECORDED)]
+        of_mentors = [topics.name_of_mentor(name, '*') for name in topics.TOPICS_OF_MENTORS]
+        self._patterns = [self._absolute(each)
+                          for each in (*of_mentors, *self.declare(RECORDED))]
         self._unknown: set[str] = set()  # topics of types that are not installed here
         self._find_topics()
         steady_timer(self, DISCOVERY_PERIOD, self._find_topics)
@@ -85,7 +87,7 @@ class RecordNode(SafeParameterNode):
         self.create_subscription(message, name, receive, qos, raw=True)
 
     def _find_topics(self) -> None:
-        """Record the topics of the parameter that have a publisher now."""
+        """Record the topics of mentors, and those of the parameter, that have a publisher now."""
         for name, types in self.get_topic_names_and_types():
             if name in self._bag.counts or name in self._unknown or not any(
                     fnmatchcase(name, pattern) for pattern in self._patterns):

@@ -98,6 +98,14 @@ def mentors_found(node: Node) -> list[str]:
         name_of_mentor(RECOMMENDATION.name, name)))
 
 
+def new_mentors(node: Node, known: set[str]) -> list[str]:
+    """Return the names of mentors that are found and were not known, which are known then."""
+    found = [name for name in mentors_found(node) if name not in known]
+    found = found[:max(0, MOST_MENTORS - len(known))]
+    known.update(found)
+    return found
+
+
 def reader(topic: Topic) -> Callable[[bytes], Any]:
     """
     Return a function from the bytes of a message to its tuple.

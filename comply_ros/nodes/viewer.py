@@ -28,6 +28,7 @@ from comply_ros.nodes.spin import run_node
 from comply_ros.plots.viewer_geometry import heading, places_of, StatePlaces
 from comply_ros.protocol.messages import Notice, Outputs, REPORTS, StateReward
 from comply_ros.protocol.run_view import RunView
+from comply_ros.protocol.state_maps import MentorReports
 from comply_ros.protocol.validation import rejected_description
 from comply_ros.world.mdp import World
 
@@ -54,6 +55,9 @@ class ViewerNode(SafeParameterNode):
             topic.name: deque(maxlen=REPORTS) for topic in (topics.EPISODE, topics.PROGRESS)}
         self._published_returns: set[views.View] = set()
         self._logged: set[str] = set()  # kinds of what is logged once
+        self._mentors: set[str] = set()  # names of those whose policies it subscribes to
+        self._trust_views: dict[str, views.View] = {}  # of each of several mentors
+        self._shown_mentors: tuple[str, ...] = ('',)  # names of those that are shown
         self._ticks_waited, self._angle = 0, 0.0
         self._publish = {view: self.create_publisher(view.message, view.name, view.qos).publish
                          for view in views.VIEWS}
@@ -66,8 +70,9 @@ class ViewerNode(SafeParameterNode):
             lambda content: self._received.append(content), LOSSY, raw=True)
         self._subscribe(topics.WORLD, partial(self._receive, topics.WORLD.name))
         for topic in (topics.EPISODE, topics.PROGRESS):
-            self._subscribe(topic, self._returns[topic.name].append)
-        for topic in (topics.TRUST, topics.MENTOR_POLICY, topics.POLICY, topics.VALUES):
+            self._subscribe(topic, partial(self._receive_result, topic.name))
+        for topic in (topics.TRUST, topics.MENTOR_POLICY, topics.POLICY, topics.VALUES,
+                      topics.DESCRIPTION._replace(qos=topics.LATCHED)):
             self._subscribe(topic, partial(self._receive, topic.name))
         steady_timer(self, 1.0 / self.declare(ROBOT_RATE), self._show_robot)
         steady_timer(self, 1.0 / self.declare(MAP_RATE), self._show_maps)
@@ -94,19 +99,26 @@ class ViewerNode(SafeParameterNode):
         except ValueError as error:  # of a world
             self._log((rejected_description(error),))
 
+    def _receive_result(self, topic: str, msg: Any) -> None:
+        self._returns[topic].append(msg)
+        self._receive(topic, msg)
+
     def _start_run(self, is_reset: bool) -> Outputs:
         description = self._view.reports.description
         assert description is not None and self._view.world is not None
         had_map = self._places.is_map
         self._places, self._angle = places_of(self._view.world, self._cell), 0.0
         if had_map and not self._places.is_map:
-            for view in views.MAP, views.TRUST_MAP:
+            for view in views.MAP, views.TRUST_MAP, *self._trust_views.values():
                 self._publish[view](views.no_map_message(self._header()))
         return (Notice(f'shows world {description.name!r}, run {description.run}'),)
 
     def _tick(self) -> None:
         """Once a second: turn to another world if this one is gone; log what is missing."""
         self._log(self._view.tick())
+        for name in topics.new_mentors(self, self._mentors):
+            topic = topics.topic_of_mentor(topics.MENTOR_POLICY, name)
+            self._subscribe(topic, partial(self._receive, topic.name))
         missing = waiting_for(self, self._view.waiting_for())
         self._ticks_waited = self._ticks_waited + 1 if missing else 0
         if self._ticks_waited == PATIENCE:
@@ -178,25 +190,53 @@ class ViewerNode(SafeParameterNode):
         if world is None or not changed:
             return
         reports = self._view.reports
-        mentor = reports.of_mentor(reports.mentor_names()[0])
+        mentors = {name: reports.of_mentor(name) for name in reports.mentor_names()}
+        if self._shown_mentors != (*mentors,):
+            self._shown_mentors = (*mentors,)
+            changed |= {'trust', 'mentor_policy'}
         if 'world' in changed and places.is_map:
             self._publish[views.MAP](views.map_message(header, world, places))
         if 'trust' in changed and places.is_map:
-            self._publish[views.TRUST_MAP](
-                views.trust_message(header, world, places, mentor.trust))
+            self._show_trust(world, mentors, header)
         if 'world' in changed:
             self._publish[views.PLACES](markers.places_message(header, world, places))
         if not self._can_have_markers(world):
             return
-        if {'trust', 'mentor_policy', 'policy'} & changed:
-            self._publish[views.MENTOR](markers.mentor_message(
-                header, world, places, mentor.policy, mentor.trust, reports.policy))
+        has_legend = len(mentors) > 1
+        if {'trust', 'mentor_policy', 'policy', *has_legend * ('progress',)} & changed:
+            self._show_mentors(world, mentors, header)
         if 'policy' in changed:
             self._publish[views.POLICY](
                 markers.policy_message(header, world, places, reports.policy))
         if 'values' in changed:
             self._publish[views.VALUES](
                 markers.values_message(header, world, places, reports.values))
+
+    def _show_trust(self, world: World, mentors: dict[str, MentorReports],
+                    header: Header) -> None:
+        """Publish the map of the trust: of several mentors, of the largest and of each."""
+        self._publish[views.TRUST_MAP](views.trust_message(
+            header, world, self._places, markers.largest_trust(mentors)))
+        for name, known in mentors.items() if len(mentors) > 1 else ():
+            if name not in self._trust_views and len(self._trust_views) <= topics.MOST_MENTORS:
+                view = self._trust_views[name] = views.trust_view(name)
+                self._publish[view] = self.create_publisher(
+                    view.message, view.name, view.qos).publish
+            if name in self._trust_views:
+                self._publish[self._trust_views[name]](views.trust_message(
+                    header, world, self._places, known.trust))
+
+    def _show_mentors(self, world: World, mentors: dict[str, MentorReports],
+                      header: Header) -> None:
+        """Publish the advice of the mentors as markers."""
+        learned = self._view.reports.policy
+        if len(mentors) > 1:
+            message = markers.mentors_message(header, world, self._places, mentors, learned)
+        else:
+            known, = mentors.values()
+            message = markers.mentor_message(
+                header, world, self._places, known.policy, known.trust, learned)
+        self._publish[views.MENTOR](message)
 
     def _can_have_markers(self, world: World) -> bool:
         """Return whether a world can be shown with markers in its states; log once if not."""

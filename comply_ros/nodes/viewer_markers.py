@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The markers of the viewer: ends and starts, actions, trust and values, in any world."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from geometry_msgs.msg import Point
@@ -11,9 +11,17 @@ from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
 from comply_ros.plots import viewer_geometry as geometry
+from comply_ros.plots.mentor_marks import (
+    legend_text,
+    mentor_color,
+    mentor_spots,
+    opacity,
+    Spot,
+)
 from comply_ros.plots.state_layout import goals_of, short_name
 from comply_ros.plots.trust_colors import palette, TRUST_PALETTE
 from comply_ros.plots.viewer_geometry import StatePlaces
+from comply_ros.protocol.state_maps import MentorReports
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
 
@@ -53,6 +61,7 @@ class Pen(NamedTuple):
     width: of their lines, in sides of a cell; None for triangles.
     height: in sides of a cell.
     shift: where the names are, and arrows above a tile: how far above the middle of the cell.
+    spot: the part of the cell that it has.
 
     """
 
@@ -62,6 +71,7 @@ class Pen(NamedTuple):
     width: float | None
     height: float
     shift: float
+    spot: Spot = Spot(0.0, 0.0, 1.0)
 
 
 MENTOR_PEN = Pen('mentor', Marker.TRIANGLE_LIST, geometry.ARROW_TRIANGLES, None, ARROW_HEIGHT,
@@ -92,22 +102,81 @@ def mentor_message(header: Header, world: World, places: StatePlaces,
 
     learned: the learner's policy, -1 in states where it was never.
     """
-    colors: Colors = GREY if trust is None or learned is None else [
-        GREY if action == NO_ACTION else TRUST_COLORS[percent]
-        for percent, action in zip(geometry.percent(trust), learned)]
+    colors = _trust_colors(trust, learned)
     if places.is_map:
-        return MarkerArray(markers=_actions(header, world, places, policy, MENTOR_PEN, colors))
+        return MarkerArray(markers=[
+            _removal(header), *_actions(header, world, places, policy, MENTOR_PEN, colors)])
     tiles = _tiles(header, 'trust', world, places, TRUST_SIDE, TRUST_HEIGHT,
                    _each(colors, np.flatnonzero(world.free)))
     return MarkerArray(
-        markers=[*_actions(header, world, places, policy, MENTOR_PEN, INK), tiles])
+        markers=[_removal(header),
+                 *_actions(header, world, places, policy, MENTOR_PEN, INK), tiles])
+
+
+def _trust_colors(trust: NDArray[Any] | None, learned: NDArray[Any] | None) -> Colors:
+    """Return the color of the trust in each state, or grey for all while it is not known."""
+    return GREY if trust is None or learned is None else [
+        GREY if action == NO_ACTION else TRUST_COLORS[percent]
+        for percent, action in zip(geometry.percent(trust), learned)]
+
+
+def mentors_message(header: Header, world: World, places: StatePlaces,
+                    mentors: Mapping[str, MentorReports], learned: NDArray[Any] | None,
+                    ) -> MarkerArray:
+    """
+    Actions of several mentors, each in its own color: the fainter, the less it is trusted.
+
+    They are grey where the learner was never. A legend has the names, and the confidence in each.
+    Where there is no map of the trust, a tile for each state has the color of the largest one.
+    """
+    markers = [_removal(header)]
+    for m, (spot, (name, known)) in enumerate(zip(mentor_spots(len(mentors)), mentors.items())):
+        pen = MENTOR_PEN._replace(name=f'mentor {name}'.rstrip(), spot=spot)
+        own = list(bytes.fromhex(mentor_color(m)[1:]))
+        markers += _actions(header, world, places, known.policy, pen,
+                            _faded([each / 255 for each in own], known.trust, learned))
+        markers.append(_legend_line(header, places, m, legend_text(name, known.confidence),
+                                    color([each / 255 for each in own])))
+    if not places.is_map:
+        trust = largest_trust(mentors)
+        markers.append(_tiles(
+            header, 'trust', world, places, TRUST_SIDE, TRUST_HEIGHT,
+            _each(_trust_colors(trust, learned), np.flatnonzero(world.free))))
+    return MarkerArray(markers=markers)
+
+
+def largest_trust(mentors: Mapping[str, MentorReports]) -> NDArray[Any] | None:
+    """`p[s]` in the mentor that is trusted most in state s; None where no trust is known."""
+    known = [each.trust for each in mentors.values() if each.trust is not None]
+    return np.max(known, axis=0) if known else None
+
+
+def _faded(rgb: Sequence[float], trust: NDArray[Any] | None,
+           learned: NDArray[Any] | None) -> Colors:
+    """Return a color for each state, by the trust in it; grey where nothing is known."""
+    if trust is None or learned is None:
+        return GREY
+    shades = [color(rgb, opacity(percent / 100)) for percent in range(101)]
+    return [GREY if action == NO_ACTION else shades[percent]
+            for percent, action in zip(geometry.percent(trust), learned)]
+
+
+def _legend_line(header: Header, places: StatePlaces, m: int, text: str,
+                 look: ColorRGBA) -> Marker:
+    """Return line m of the legend, which is above the picture, from its left side on."""
+    (x, y), height = places.corner, places.rows * places.side
+    size = 0.04 * height
+    return _text(header, 'mentors', m, (x + 0.15 * places.columns * places.side,
+                                        y + height + (1.2 + 1.3 * m) * size), 0.0, text, look,
+                 size)
 
 
 def policy_message(header: Header, world: World, places: StatePlaces,
                    policy: NDArray[Any] | None) -> MarkerArray:
     """Actions of the learner's own policy, as thin lines above those of the mentor."""
-    return MarkerArray(markers=_actions(header, world, places, policy, LEARNER_PEN,
-                                        INK if places.is_map else DARK_BLUE))
+    return MarkerArray(markers=[
+        _removal(header), *_actions(header, world, places, policy, LEARNER_PEN,
+                                    INK if places.is_map else DARK_BLUE)])
 
 
 def values_message(header: Header, world: World, places: StatePlaces,
@@ -130,20 +199,22 @@ def _actions(header: Header, world: World, places: StatePlaces, policy: NDArray[
     """Return arrows for actions that are directions, and the short names of the others."""
     policy = np.full(world.n_states, NO_ACTION) if policy is None else policy
     turned, named = geometry.arrow_and_name_states(world, policy)
-    side = places.side if places.is_map else SMALLER * places.side
-    shift = 0.0, pen.shift * places.side
-    centers = places.centers(turned) + ((0.0, 0.0) if places.is_map else shift)
+    room, (right, up, share) = places.side if places.is_map else SMALLER * places.side, pen.spot
+    side, shift = share * room, np.array((right * room, up * room + pen.shift * places.side))
+    moved = (right * room, up * room) if places.is_map else shift
     points = geometry.arrow_points(
-        centers, [world.action_names[a] for a in policy[turned]], pen.shape, side)
+        places.centers(turned) + moved, [world.action_names[a] for a in policy[turned]],
+        pen.shape, side)
     arrows = _marker(header, pen.name, pen.kind, points, pen.height * places.side,
                      _each(colors, turned, geometry.POINTS_PER_ARROW),
                      (1.0, 1.0, 1.0) if pen.width is None else (pen.width * side, 0.0, 0.0))
     named = named if len(named) <= MAX_NAMES else named[:0]
     names = [_text(header, f'{pen.name} names', s, place, NAME_HEIGHT * places.side,
                    short_name(world.action_names[policy[s]]),
-                   colors[s] if isinstance(colors, list) else colors, NAME_SIZE * places.side)
+                   colors[s] if isinstance(colors, list) else colors,
+                   NAME_SIZE * share * places.side)
              for s, place in zip(named.tolist(), places.centers(named) + shift)]
-    return [_removal(header), arrows, *names]
+    return [arrows, *names]
 
 
 def _each(colors: Colors, states: NDArray[np.int64], count: int = 1) -> Colors:

@@ -44,6 +44,11 @@ VIEWS = (MAP, TRUST_MAP, ROBOT, TRAIL, PLACES, MENTOR, POLICY, VALUES, EPISODE_R
          MEAN_RETURN)
 
 
+def trust_view(mentor: str) -> View:
+    """Return the topic with the map of the trust in one of several mentors."""
+    return View(f'view/mentors/{mentor or "unnamed"}/trust', OccupancyGrid, LATCHED)
+
+
 def map_message(header: Header, world: World, places: StatePlaces) -> OccupancyGrid:
     """Obstacles of a world that is a map."""
     return _occupancy_grid(header, places, geometry.occupancy(world, places))

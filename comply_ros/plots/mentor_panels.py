@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from comply_ros.plots.grid_plot import draw_cells, draw_trust, INK, place_axes, set_title
+from comply_ros.plots.mentor_marks import NO_NAME
 from comply_ros.plots.state_plot import add_scale, draw_state_trust
 from comply_ros.storage.file_system import printable
 from comply_ros.world.mdp import World
@@ -42,7 +43,7 @@ def trust_panels(world: World, title: str, mentors: Sequence[str], advice: NDArr
             draw_trust(axes, world, advised, trusted, visited)
         else:
             draw_state_trust(axes, world, advised, trusted, visited)
-        set_title(axes, name or 'without a name')
+        set_title(axes, name or NO_NAME)
     add_scale(figure, panels[min(len(mentors), COLUMNS) - 1])
     return figure
 

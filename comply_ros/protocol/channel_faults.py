@@ -130,6 +130,11 @@ class FaultyChannel:
         return happens
 
 
+def stream_of_topic(seed: int, name: str) -> np.random.Generator:
+    """Return the generator for a topic that is found later: the same whenever it is found."""
+    return np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, *name.encode()])))
+
+
 def fault_streams(seed: int, count: int) -> list[np.random.Generator]:
     """Return generators for the topics, independent, also of the world's and the learner's."""
     children = np.random.SeedSequence(seed).spawn(2 + count)[2:]

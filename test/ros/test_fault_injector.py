@@ -99,6 +99,22 @@ def test_messages_of_any_type_are_relayed_whole_and_in_order(tmp_path, node, spi
             'relayed': 300}
 
 
+def test_topics_of_a_pattern_are_relayed_when_they_are_found(tmp_path, node, spin_until):
+    any_mentor = ('-p', 'topics:=["mentors/*/out"]')
+    with nodes(tmp_path, fault_injector=any_mentor) as started:
+        for name in ('anna', 'bob'):
+            relayed = received(node, Episode, f'mentors/{name}/out', LATCHED)
+            publisher = node.create_publisher(Episode, f'mentors/{name}/out/before', LAST)
+            publisher.publish(Episode(run=7))
+            spin_until(lambda: len(relayed) == 1, 'relayed message')
+        other = node.create_publisher(Episode, 'mentors/a/b/out/before', LAST)
+        node.create_publisher(Episode, 'mentors/carl/out/before', LAST)
+        wait_for_relay(started, '/mentors/carl/out')
+        assert 'relays /mentors/a/b' not in started['fault_injector'].log.read_text()
+        node.destroy_publisher(other)
+        assert summary(started, '/mentors/bob/out')['relayed'] == 1
+
+
 def test_a_late_subscriber_receives_the_last_message_and_no_older_one(tmp_path, node, spin_until):
     publisher = node.create_publisher(Episode, 'out/before', LAST)
     early = received(node, Episode, 'out', LATCHED)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A lesson of real nodes, recorded, replayed and drawn."""
 
-from contextlib import contextmanager
+from contextlib import contextmanager, ExitStack
 import json
 import os
 from pathlib import Path
@@ -59,6 +59,27 @@ def test_a_lesson_is_recorded_replayed_and_plotted(tmp_path):
     assert pictures.returncode == 0, pictures.stderr
     assert sorted(os.listdir(tmp_path / 'pictures')) == [
         'episode_lengths.png', 'learning_curve.png', 'trust_map.png']
+
+
+def test_a_lesson_with_several_mentors_is_recorded_and_replayed(tmp_path):
+    bag, names = tmp_path / 'bag', ('anna', 'bob')
+    with ExitStack() as stack:
+        def start(name, **arguments):
+            return stack.enter_context(nodes(tmp_path / name, **arguments))
+        recorder = start('record', record=['-p', f'bag:={bag}'])['record']
+        for name in names:
+            start(name, mentor=['-p', f'name:={name}', '-p', 'mentor:=noisy:0.3'])
+        start('world', grid_world=(*WORLD, '-p', 'rate:=300.0'))
+        for name in names:
+            wait_until(log_has(recorder, f'receives /mentors/{name}/mentor_policy'), name)
+        learner = start('learner', learner=['-p', 'mentors:=[anna, bob]', '-p', 'iterations:=3',
+                                            '-p', 'episodes:=5'])['learner']
+        wait_until(log_has(learner, 'digest '), 'end')
+        digest = re.search('digest (.{64})', learner.log.read_text())[1]
+        wait_until(lambda: f', the last {digest}' in run('replay', str(bag)).stdout, 'proof')
+    replayed = run('replay', str(bag))
+    assert replayed.returncode == 0, replayed.stdout + replayed.stderr
+    assert 'is not in the bag' not in replayed.stdout
 
 
 @pytest.mark.long

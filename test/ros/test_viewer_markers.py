@@ -14,13 +14,17 @@ from comply_ros.nodes import viewer_markers
 from comply_ros.nodes.viewer_markers import (
     GREY,
     INK,
+    largest_trust,
     mentor_message,
+    mentors_message,
     places_message,
     policy_message,
     TRUST_COLORS,
     values_message,
 )
+from comply_ros.plots.mentor_marks import mentor_color
 from comply_ros.plots.viewer_geometry import places_of
+from comply_ros.protocol.state_maps import MentorReports
 from comply_ros.storage.map_files import read_map
 from comply_ros.world.grid import NO_ACTION, RIGHT
 from comply_ros.world.mdp import World
@@ -138,3 +142,38 @@ def test_values_are_in_every_free_state_and_their_scale_is_below():
     assert [(p.x, p.y) for p in tiles.points] == [(5.0, 5.0), (6.0, 5.0)]
     assert caption.text == 'values: white 1, blue 3'
     assert caption.pose.position.x == 5.5 and caption.pose.position.y < 4.5
+
+
+def of_mentors(world, mentors, learned):
+    """Return the markers of several mentors."""
+    return shown(mentors_message(Header(), world, places_of(world, 1.0), mentors,
+                                 np.array(learned)))
+
+
+ANNA = MentorReports(np.array([1.0, 0.5, 0.0]), np.array([RIGHT, RIGHT, NO_ACTION]), 0.75)
+BOB = MentorReports(np.array([0.25, 0.75, 0.0]), np.array([RIGHT, NO_ACTION, NO_ACTION]))
+
+
+def test_each_mentor_has_arrows_of_its_own_color_in_a_part_of_the_cell_of_its_own():
+    found = of_mentors(World(grid('..G')), {'anna': ANNA, 'bob': BOB}, (RIGHT, NO_ACTION, RIGHT))
+    (anna,), (bob,) = found['mentor anna'], found['mentor bob']
+    assert (len(anna.points), len(bob.points)) == (12, 6)
+    assert max(point.x for point in anna.points[:6]) <= 0.5 <= min(point.x for point in bob.points)
+    own = [round(255 * each) for each in (anna.colors[0].r, anna.colors[0].g, anna.colors[0].b)]
+    assert '#' + bytes(own).hex() == mentor_color(0).lower()
+    assert (anna.colors[0].a, anna.colors[6]) == (1.0, GREY)  # trusted, and never visited
+    assert bob.colors[0].a == 0.4375
+
+
+def test_the_legend_has_each_name_and_the_confidence_in_it():
+    lines = of_mentors(World(grid('..G')), {'anna': ANNA, '': BOB}, 3 * [RIGHT])['mentors']
+    assert [line.text for line in lines] == ['anna 0.75', 'without a name -']
+    assert len({(line.pose.position.x, line.pose.position.y) for line in lines}) == 2
+    assert min(line.pose.position.y for line in lines) > 1.0  # above the map
+
+
+def test_tiles_have_the_largest_trust_in_any_mentor():
+    assert largest_trust({'anna': ANNA, 'bob': BOB}).tolist() == [1.0, 0.75, 0.0]
+    assert largest_trust({'anna': MentorReports()}) is None
+    tiles, = of_mentors(MACHINE, {'anna': ANNA, 'bob': BOB}, (RUN, STOP, NO_ACTION))['trust']
+    assert list(tiles.colors) == [TRUST_COLORS[100], TRUST_COLORS[75]]
