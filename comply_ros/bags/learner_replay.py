@@ -10,8 +10,9 @@ from typing import Any
 from comply_ros.bags.bag_message import BagError
 from comply_ros.bags.message_decoder import world_from_description
 from comply_ros.learner.learner_config import LearnerConfig
+from comply_ros.mentor.several_mentors import can_be_mentors
 from comply_ros.protocol.learner import Learner
-from comply_ros.protocol.mentor_advice import can_be_mentors, topic_and_mentor
+from comply_ros.protocol.mentor_topics import topic_and_mentor
 from comply_ros.protocol.messages import (
     Action,
     ANYONE,

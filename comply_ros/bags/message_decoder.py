@@ -12,7 +12,7 @@ from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 from comply_ros.bags.bag_message import BagError, BagMessage, first_line
 from comply_ros.bags.bag_reader import Bag
 from comply_ros.protocol import world_description
-from comply_ros.protocol.mentor_advice import topic_and_mentor, TOPICS_OF_MENTORS
+from comply_ros.protocol.mentor_topics import topic_and_mentor, TOPICS_OF_MENTORS
 from comply_ros.protocol.messages import (
     GridModel,
     NANOSECONDS,

@@ -38,6 +38,15 @@ def validate_mentor_names(names: Sequence[str]) -> None:
             raise MentorNameError(f'each mentor must have a name of its own, got {name!r} twice')
 
 
+def can_be_mentors(names: Sequence[str]) -> bool:
+    """Tell whether the mentors of a learner can have these names."""
+    try:
+        validate_mentor_names(names)
+    except MentorNameError:
+        return False
+    return True
+
+
 def split_mentors(text: str) -> dict[str, str]:
     """
     Return the mentors in a text such as `optimal + anna=noisy:0.6`, each by its name.

@@ -120,8 +120,8 @@ RECORDED = Parameter(
     'such as view/*')
 TOPICS = Parameter(
     'topics', ['state', 'recommendation', 'action'], 'Topics to relay: messages on NAME/before '
-    'are published on NAME; a part of a name may be *, as in mentors/*/recommendation, for all that '
-    'are found')
+    'are published on NAME; a part of a name may be *, as in mentors/*/recommendation, for all '
+    'that are found')
 DEPTH = Parameter(
     'depth', 1, 'Messages of a latched topic that late subscribers receive: the depth of the '
     'relayed publisher, which discovery does not tell', (1, 100_000))

@@ -20,6 +20,7 @@ from comply_ros.nodes.parameter_node import SafeParameterNode
 from comply_ros.nodes.parameters import BAG, ParameterError, RECORDED
 from comply_ros.nodes.spin import run_node
 from comply_ros.nodes.topic_type_check import type_name
+from comply_ros.protocol.mentor_topics import name_of_mentor, TOPICS_OF_MENTORS
 from comply_ros.storage.file_system import printable, reason_of
 
 TOPICS = tuple(each for each in vars(topics).values() if isinstance(each, topics.Topic))
@@ -51,7 +52,7 @@ class RecordNode(SafeParameterNode):
                 depth=DEPTH, reliability=ReliabilityPolicy.RELIABLE,
                 durability=DurabilityPolicy.TRANSIENT_LOCAL), (latched(topic.qos.depth),))
         self._record(DiagnosticArray, DIAGNOSTICS, QoSProfile(depth=DEPTH), ())
-        of_mentors = [topics.name_of_mentor(name, '*') for name in topics.TOPICS_OF_MENTORS]
+        of_mentors = [name_of_mentor(name, '*') for name in TOPICS_OF_MENTORS]
         self._patterns = [self._absolute(each)
                           for each in (*of_mentors, *self.declare(RECORDED))]
         self._unknown: set[str] = set()  # topics of types that are not installed here

@@ -14,7 +14,7 @@ from rclpy.topic_endpoint_info import TopicEndpointInfo
 from comply_ros.mentor.several_mentors import MOST_MENTORS
 from comply_ros.nodes import cdr
 from comply_ros.protocol import messages
-from comply_ros.protocol.mentor_advice import MENTORS, name_of_mentor
+from comply_ros.protocol.mentor_topics import MENTORS, name_of_mentor
 from comply_ros.protocol.world_description import LARGEST_DESCRIPTION
 
 # One observation is open at a time, so only the newest message counts; late subscribers get it.

@@ -9,35 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from comply_ros.mentor.several_mentors import MentorNameError, NAME, validate_mentor_names
 from comply_ros.protocol.advice_buffer import AdviceBuffer
 from comply_ros.protocol.messages import Outputs, Recommendation, step_id, StepId
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
-
-MENTORS = 'mentors'  # namespace of what mentors with a name publish
-TOPICS_OF_MENTORS = ('recommendation', 'mentor_policy')  # that each of them has
-
-
-def can_be_mentors(names: Sequence[str]) -> bool:
-    """Tell whether the mentors of a learner can have these names."""
-    try:
-        validate_mentor_names(names)
-    except MentorNameError:
-        return False
-    return True
-
-
-def name_of_mentor(name: str, mentor: str) -> str:
-    """Return the name of a topic or service of a mentor, whose own name may be empty."""
-    return f'{MENTORS}/{mentor}/{name}' if mentor else name
-
-
-def topic_and_mentor(name: str) -> tuple[str, str]:
-    """Return the name of a topic of the only mentor, and the mentor whose topic is named so."""
-    before, _, topic = name.rpartition('/')
-    space, _, mentor = before.partition('/')
-    return (topic, mentor) if space == MENTORS and NAME.fullmatch(mentor) else (name, '')
 
 
 class MentorAdvice:

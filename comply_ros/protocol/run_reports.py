@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from comply_ros.mentor.several_mentors import MOST_MENTORS
-from comply_ros.protocol.mentor_advice import can_be_mentors, topic_and_mentor
+from comply_ros.mentor.several_mentors import can_be_mentors, MOST_MENTORS
+from comply_ros.protocol.mentor_topics import topic_and_mentor
 from comply_ros.protocol.messages import (
     Action,
     Episode,

@@ -7,7 +7,7 @@ from collections import OrderedDict
 from collections.abc import Callable
 from typing import Any
 
-from comply_ros.protocol.mentor_advice import topic_and_mentor
+from comply_ros.protocol.mentor_topics import topic_and_mentor
 from comply_ros.protocol.messages import Outputs, StateReward, step_id, StepId
 from comply_ros.protocol.run_reports import mentor_of, RunReports
 from comply_ros.protocol.run_tracker import RunTracker

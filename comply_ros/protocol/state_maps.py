@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from comply_ros.mentor.policy_validation import PolicyError, validate_policy
-from comply_ros.protocol.mentor_advice import name_of_mentor
+from comply_ros.protocol.mentor_topics import name_of_mentor
 from comply_ros.world.mdp import World
 
 # Topics with a value for each state, and the field and type of these values.

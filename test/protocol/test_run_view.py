@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from tiny_worlds import grid
 
-from comply_ros.protocol.mentor_advice import MOST_MENTORS, name_of_mentor
+from comply_ros.mentor.several_mentors import MOST_MENTORS
+from comply_ros.protocol.mentor_topics import name_of_mentor
 from comply_ros.protocol.messages import (
     Episode,
     LearnerDescription,

@@ -17,7 +17,7 @@ from comply_ros.learner.presets import METHODS
 from comply_ros.mentor.mentor_policies import noisy_policy
 from comply_ros.protocol.learner import Learner
 from comply_ros.protocol.mentor import Mentor
-from comply_ros.protocol.mentor_advice import name_of_mentor, topic_and_mentor
+from comply_ros.protocol.mentor_topics import name_of_mentor, topic_and_mentor
 from comply_ros.protocol.messages import (
     Action,
     Episode,
