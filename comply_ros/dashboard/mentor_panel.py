@@ -15,7 +15,7 @@ from comply_ros.dashboard.mentor_thread import MentorThread
 from comply_ros.dashboard.page_scripts import STEERING, STEERING_KEYS
 from comply_ros.dashboard.paint_tool import FOLLOW, PaintTool
 from comply_ros.mentor.advice_budget import MentorError
-from comply_ros.mentor.mentor_policies import FROM_FILES, KINDS
+from comply_ros.mentor.mentor_policies import FROM_FILES, KINDS, LEARNER
 from comply_ros.mentor.policy_text import format_policy, parse_policy
 from comply_ros.numerics.rng import SEED_LIMIT
 from comply_ros.world.grid import DOWN, LEFT, NO_ACTION, RIGHT, UP
@@ -84,7 +84,7 @@ class MentorPanel:
             'flat dense no-caps data-testid=save')
 
     def _make_generator(self) -> None:
-        kinds = [kind for kind in KINDS if kind not in (*FROM_FILES, 'none')]
+        kinds = [kind for kind in KINDS if kind not in (*FROM_FILES, LEARNER, 'none')]
         self._kind = ui.select(kinds, value='snapshot').props(
             'dense outlined options-dense aria-label="kind of mentor" data-testid=kind')
         self._numbers = {kind: ui.number(label, value=value, min=0, max=1, step=0.05).props(

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,9 +21,11 @@ Policy = NDArray[Any]  # of the `action_type` of the world
 KINDS = {
     'optimal': 'optimal', 'random': 'random', 'adversarial': 'adversarial', 'noisy': 'noisy:P',
     'snapshot': 'snapshot:Q', 'file': 'file:PATH', 'learned': 'learned:FILE.npz',
-    'none': 'none'}
+    'learner': 'learner:/NAMESPACE', 'none': 'none'}
 FROM_FILES = ('file', 'learned')  # kinds that are written with a path
+LEARNER = 'learner'  # kind of a mentor that follows a running learner, which only a node can
 SEVERAL = 'several'  # kind of several mentors together
+NAMESPACE = re.compile(r'/|(/[A-Za-z_][A-Za-z0-9_]*)+')
 
 
 class MentorSpec(NamedTuple):
@@ -31,7 +34,7 @@ class MentorSpec(NamedTuple):
 
     Attributes
     ----------
-    value: number or path, None for kinds without one; of SEVERAL, the specs by name.
+    value: number, path or namespace, None for kinds without one; of SEVERAL, the specs by name.
     coverage: share of the states in which it has advice.
 
     """
@@ -71,6 +74,9 @@ def _parse_kind(text: str) -> MentorSpec:
         raise MentorError(f'this mentor is written {KINDS[kind]}, got {text!r}')
     if wanted in ('P', 'Q'):
         return MentorSpec(kind, _parse_share(f'the {wanted} of {KINDS[kind]}', value))
+    if kind == LEARNER and not NAMESPACE.fullmatch(value):
+        raise MentorError(f'the NAMESPACE of {KINDS[kind]} must be that of another learner, such '
+                          f'as /robot_2, got {value!r}')
     return MentorSpec(kind, value or None)
 
 

@@ -65,7 +65,7 @@ class HumanMentorNode(ProtocolNode):
     @property
     def policy(self) -> NDArray[Any] | None:
         """`advice[s]`, not to be changed in place; None before there is a world."""
-        return self.machine.edited_policy
+        return self.machine.current_policy
 
     @property
     def steering(self) -> bool:
@@ -248,9 +248,9 @@ class _StoredPainting:
             self._logger.error(f'{error}: tries again', throttle_duration_sec=10.0)
             self.has_changed = True
         self._saving = None
-        if self.has_changed and machine.edited_policy is not None and machine.world is not None:
+        if self.has_changed and machine.current_policy is not None and machine.world is not None:
             self.has_changed = False
-            self._saving = in_background(self._store.save, machine.edited_policy, machine.world)
+            self._saving = in_background(self._store.save, machine.current_policy, machine.world)
 
     def close(self, machine: HumanMentor) -> None:
         """Store what has changed, now."""

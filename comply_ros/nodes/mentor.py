@@ -4,13 +4,20 @@
 from array import array
 from collections.abc import Callable
 from concurrent.futures import Future
+from functools import partial
 import hashlib
 from threading import Thread
 from typing import Any
 
 from comply_msgs.srv import Recommend
 
-from comply_ros.mentor.mentor_policies import MentorError
+from comply_ros.mentor.advice_budget import UNLIMITED
+from comply_ros.mentor.mentor_policies import (
+    LEARNER,
+    MentorError,
+    MentorSpec,
+    parse_mentor_spec,
+)
 from comply_ros.mentor.policy_validation import PolicyError
 from comply_ros.mentor.several_mentors import MentorNameError, validate_mentor_names
 from comply_ros.nodes.clocks import steady_timer
@@ -28,12 +35,14 @@ from comply_ros.nodes.topics import (
     ACTION,
     MENTOR_POLICY,
     name_of_mentor,
+    POLICY,
     RECOMMEND,
     RECOMMENDATION,
     STATE,
     topic_of_mentor,
     WORLD,
 )
+from comply_ros.protocol.learner_mentor import LearnerMentor
 from comply_ros.protocol.mentor import Mentor
 from comply_ros.protocol.messages import (
     Outputs,
@@ -52,13 +61,18 @@ POLL = 0.02  # seconds between checks of a policy that is being made
 
 
 class MentorNode(ProtocolNode):
-    """Makes a policy in the background for each new world, then answers observations by it."""
+    """
+    Makes a policy in the background for each new world, then answers observations by it.
+
+    One that follows another learner has the policies that this publishes.
+    """
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__('mentor', **kwargs)
         self._mentor, self._seed = self.declare(MENTOR), self.declare(MENTOR_SEED)
-        self._spec = read_mentor_spec(self._mentor)
-        self.machine = Mentor(self.declare(BUDGET), self.declare(ADVISING), declare_name(self))
+        self._spec = followed_learner(self._mentor) or read_mentor_spec(self._mentor)
+        self.machine = self._make_machine(self.declare(BUDGET), self.declare(ADVISING),
+                                          declare_name(self))
         self._made: Future[Any] = Future()
         self._poll: Any = None
         self._published_run: int | None = None  # the run that `mentor_policy` was published for
@@ -67,6 +81,37 @@ class MentorNode(ProtocolNode):
         self.subscribe(STATE, self.machine.observe)
         if self.machine.watches:
             self.subscribe(ACTION, self.machine.on_action)
+        if self._spec.kind == LEARNER:
+            self._follow_learner(self._spec.value)
+
+    def _make_machine(self, budget: int, mode: str, name: str) -> Mentor:
+        if self._spec.kind != LEARNER:
+            return Mentor(budget, mode, name)
+        if budget != UNLIMITED:
+            raise MentorError('a mentor that follows a running learner must have no budget, got '
+                              f'budget {budget}')
+        return LearnerMentor(self._spec.value, self._spec.coverage, self._seed, name)
+
+    def _follow_learner(self, namespace: str) -> None:
+        """Receive the world and the policies of the learner of another namespace."""
+        for topic, receive in ((WORLD, self.machine.on_learner_world),
+                               (POLICY, self.machine.on_learner_policy)):
+            other = topic._replace(name=f'{namespace.rstrip("/")}/{topic.name}')
+            if self.resolve_topic_name(topic.name) == other.name:
+                raise MentorError('a mentor must follow another learner than the one that it '
+                                  f'teaches, got learner:{namespace}')
+            self.subscribe(other, partial(self._on_learner, receive))
+
+    def _on_learner(self, receive: Callable[[Any], Outputs], msg: Any) -> Outputs:
+        """Return outputs for a message of the other learner, with the policy if it has changed."""
+        before = self.machine.current_policy
+        try:
+            outputs = receive(msg)
+        except ValueError as error:
+            return (rejected_description(error),)
+        if self.machine.current_policy is before:
+            return outputs
+        return (policy_message(self.machine), *outputs)
 
     def on_world(self, msg: WorldDescription) -> Outputs:
         """Return outputs for a world; start to make a policy for a new one."""
@@ -125,6 +170,12 @@ class MentorNode(ProtocolNode):
             'budget': self.get_parameter('budget').value,
             'advising': self.get_parameter('advising').value,
             'policy': hashlib.sha256(policy.tobytes()).hexdigest()}, (StateReward, ReceivedAction))
+
+
+def followed_learner(mentor: str) -> MentorSpec | None:
+    """Return the spec of a mentor that follows a running learner, None for any other."""
+    is_one = mentor.partition(':')[0] == LEARNER
+    return parse_mentor_spec(mentor) if is_one else None
 
 
 def declare_name(node: ProtocolNode) -> str:

@@ -71,8 +71,9 @@ METHOD = Parameter(
     choices=tuple(METHODS['published']))
 MENTOR = Parameter(
     'mentor', 'snapshot:0.75', 'optimal, random, adversarial, noisy:P, snapshot:Q, file:PATH, '
-    'learned:FILE.npz (what a learner has learned and saved) or none; with @C behind it, advice '
-    'in a share C of the states only')
+    'learned:FILE.npz (what a learner has learned and saved), learner:/NAMESPACE (the newest '
+    'policy of another learner, which runs) or none; with @C behind it, advice in a share C of '
+    'the states only')
 MENTOR_NAME = Parameter(
     'name', '', 'Name of this mentor, where a learner has several: it publishes on '
     'mentors/NAME/recommendation; empty: the only one, on recommendation')

@@ -115,7 +115,7 @@ def reader(topic: Topic) -> Callable[[bytes], Any]:
     decode = cdr.decoder(topic.message, topic.tuple_type) if topic.raw else _slow_decoder(topic)
 
     def read(content: bytes) -> Any:
-        if topic is WORLD:
+        if topic.tuple_type is messages.WorldDescription:
             check_description_size(len(content))
         try:
             return decode(content)

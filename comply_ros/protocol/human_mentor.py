@@ -4,30 +4,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
-
-from comply_ros.mentor.policy_validation import PolicyError, validate_advice, validate_policy
-from comply_ros.protocol.mentor import Mentor
-from comply_ros.protocol.messages import Outputs, Recommendation, StateReward, step_id
+from comply_ros.mentor.policy_validation import validate_advice
+from comply_ros.protocol.changing_mentor import ChangingMentor
+from comply_ros.protocol.messages import Outputs, StateReward, step_id
 from comply_ros.protocol.validation import validate_observation
 from comply_ros.world.grid import NO_ACTION
-from comply_ros.world.mdp import World
 
 
-class HumanMentor(Mentor):
+class HumanMentor(ChangingMentor):
     """
     A mentor without advice at first, whose policy a person changes at any time.
 
-    A change counts from the next observation on: a repeated observation gets the same
-    recommendation. While the person steers, an observation waits for the person, and the answer
-    becomes part of the policy.
+    While the person steers, an observation waits for the person, and the answer becomes part of
+    the policy.
 
     Attributes
     ----------
-    edited_policy: `advice[s]`, never changed in place; None before a world.
     steering: whether observations wait for the person.
     waiting: the observation that waits, or None.
     robot: the newest observation of this run, or None.
@@ -35,19 +28,15 @@ class HumanMentor(Mentor):
     """
 
     def __init__(self, name: str = '') -> None:
-        self.edited_policy: NDArray[Any] | None = None
         self.steering = False
         self.waiting: StateReward | None = None
         self.robot: StateReward | None = None
-        super().__init__(name=name)
+        super().__init__(name)
 
     def _start_run(self, is_reset: bool) -> Outputs:
-        """Take part in a new run; the policy stays where the map is the same."""
+        """Take part in a new run; nothing waits for the person there."""
         self.waiting, self.robot = None, None
-        outputs = super()._start_run(is_reset)
-        if self.policy is None and self.world is not None:
-            self._set(np.full(self.world.n_states, NO_ACTION, dtype=self.world.action_type))
-        return outputs
+        return super()._start_run(is_reset)
 
     def observe(self, msg: StateReward) -> Outputs:
         """Return the recommendation for a state; none where it waits for the person."""
@@ -71,24 +60,12 @@ class HumanMentor(Mentor):
             it, or the state does not have the action; then nothing changes.
 
         """
-        policy, world = self._policy_to_edit()
+        policy, world = self._known()
         policy = policy.copy()
         for state, action in cells.items():
             validate_advice(state, action, world)
             policy[state] = action
         self._set(policy)
-
-    def replace(self, policy: ArrayLike) -> None:
-        """
-        Advise by `policy[s]` from the next observation on, -1 for no advice.
-
-        Raises
-        ------
-        ValueError: as for `edit`.
-
-        """
-        _, world = self._policy_to_edit()
-        self._set(validate_policy(policy, world))
 
     def steer(self, action: int) -> Outputs:
         """
@@ -102,46 +79,28 @@ class HumanMentor(Mentor):
         if self.waiting is None:
             return ()
         self.edit({self.waiting.state: action})
-        return self._recommend(action)
+        return self._answer_waiting(action)
 
     def give_up(self) -> Outputs:
         """Return the recommendation for the state that waits: no advice; the policy stays."""
-        return self._recommend(NO_ACTION)
+        return self._answer_waiting(NO_ACTION)
 
     def set_steering(self, steering: bool) -> Outputs:
         """Steer from now on, or not; return outputs for the observation that waits."""
         self.steering = steering
         if steering or self.waiting is None or self.policy is None:
             return ()
-        return self._recommend(self.policy[self.waiting.state])
+        return self._answer_waiting(self.policy[self.waiting.state])
 
-    def _set(self, policy: NDArray[Any]) -> None:
-        policy.flags.writeable = False
-        self.edited_policy, self.policy = policy, policy.tolist()
-
-    def _policy_to_edit(self) -> tuple[NDArray[Any], World]:
-        if self.edited_policy is None or self.world is None:
-            raise PolicyError('a policy must be for a world, and none is known yet')
-        return self.edited_policy, self.world
-
-    def _advise(self, msg: StateReward) -> Outputs:
-        """Return the recommendation for a state, the same for one that is repeated."""
-        if self._observed and step_id(msg) <= step_id(self._observed):
-            if step_id(msg) == step_id(self._observed):
-                return self._answer
-            return (self.tracker.too_late(step_id(msg)),)
+    def _advise_new(self, msg: StateReward) -> Outputs:
+        """Return the recommendation for a state; none while the person steers."""
         if self.waiting is None or step_id(msg) > step_id(self.waiting):
             self.waiting = msg
         if self.steering or self.policy is None:
             return ()
-        return self._recommend(self.policy[msg.state])
+        return self._answer_waiting(self.policy[msg.state])
 
-    def _recommend(self, action: int) -> Outputs:
+    def _answer_waiting(self, action: int) -> Outputs:
         """Return the recommendation in the state that waits."""
-        msg, self.waiting, self._ticks = self.waiting, None, 0
-        if msg is None:
-            return ()
-        self.tracker.answer(msg)
-        self.step_count, self._observed = self.step_count + 1, msg
-        self._answer = (Recommendation(*msg[:4], action, self.name),)
-        return self._answer
+        msg, self.waiting = self.waiting, None
+        return () if msg is None else self._recommend(msg, action)

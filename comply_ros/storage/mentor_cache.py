@@ -13,6 +13,7 @@ from comply_ros.learner.learning_result import LearningError
 from comply_ros.learner.mentor_factory import make_policy
 from comply_ros.mentor.mentor_policies import (
     FROM_FILES,
+    LEARNER,
     MentorError,
     MentorSpec,
     parse_mentor_spec,
@@ -39,7 +40,8 @@ def read_mentor_spec(text: str) -> MentorSpec:
 
     Raises
     ------
-    MentorError: for an unknown mentor or a file that cannot be read.
+    MentorError: for an unknown mentor, one that follows a running learner, or a file that cannot
+        be read.
 
     """
     mentors = split_mentors(text)
@@ -50,6 +52,9 @@ def read_mentor_spec(text: str) -> MentorSpec:
 
 def _read_one(text: str) -> MentorSpec:
     spec = parse_mentor_spec(text)
+    if spec.kind == LEARNER:
+        raise MentorError(f'a mentor that follows a running learner must be a node of its own, '
+                          f'started with -p mentor:={text}; here, use learned:FILE.npz')
     if spec.kind == 'learned':
         try:
             return spec._replace(value=read_learning(spec.value))

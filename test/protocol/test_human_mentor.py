@@ -69,14 +69,14 @@ def test_an_observation_is_answered_in_any_order_and_only_once(order):
 
 def test_without_edits_there_is_no_advice_and_an_edit_counts_from_the_next_observation_on():
     mentor = make_mentor()
-    assert mentor.edited_policy.dtype == np.int8 and (mentor.edited_policy == NO_ACTION).all()
+    assert mentor.current_policy.dtype == np.int8 and (mentor.current_policy == NO_ACTION).all()
     assert mentor.observe(state()) == advice(NO_ACTION)
     mentor.edit({0: UP, 1: RIGHT})
     assert mentor.observe(state()) == advice(NO_ACTION)  # a repeated observation
     assert mentor.observe(state(1, 1)) == advice(RIGHT, 1, 1)
     mentor.edit({1: NO_ACTION})
     assert mentor.observe(state(2, 0)) == advice(UP, 2, 0)
-    assert mentor.edited_policy.tolist() == mentor.policy == [UP] + 8 * [NO_ACTION]
+    assert mentor.current_policy.tolist() == mentor.policy == [UP] + 8 * [NO_ACTION]
     assert mentor.advice(0) == UP
     assert mentor.step_count == 3
 
@@ -95,26 +95,26 @@ def test_an_edit_that_is_not_possible_is_rejected_with_one_sentence_and_changes_
         cells, sentence):
     mentor = make_mentor()
     mentor.edit({1: RIGHT})
-    before = mentor.edited_policy
+    before = mentor.current_policy
     with pytest.raises(PolicyError) as error:
         mentor.edit({0: UP, **cells})
     assert re.fullmatch(sentence, str(error.value))
-    assert mentor.edited_policy is before
+    assert mentor.current_policy is before
     with pytest.raises(ValueError, match='read-only'):
-        mentor.edited_policy[0] = 1
+        mentor.current_policy[0] = 1
 
 
 def test_a_whole_policy_replaces_the_edited_one():
     mentor, policy = make_mentor(), optimal_policy(World(ROOM))
     mentor.replace(policy)
-    assert (mentor.edited_policy == policy).all()
+    assert (mentor.current_policy == policy).all()
     policy[0] = NO_ACTION  # of the caller: the mentor has its own
     policy = optimal_policy(World(ROOM))
     with pytest.raises(PolicyError, match=r'must have the 9 states .* shape \(3,\)'):
         mentor.replace(policy[:3])
     with pytest.raises(PolicyError, match='must be 0 left'):
         mentor.replace(policy.astype(int) * 5)
-    assert (mentor.edited_policy == policy).all()
+    assert (mentor.current_policy == policy).all()
     with pytest.raises(PolicyError, match='none is known yet'):
         HumanMentor().replace(policy)
 
@@ -128,9 +128,9 @@ def test_while_steering_an_observation_waits_and_the_answer_becomes_part_of_the_
         mentor.steer(LEFT)
     assert mentor.steer(UP) == advice(UP)
     assert mentor.observe(state()) == advice(UP)
-    assert (mentor.waiting, mentor.edited_policy[0]) == (None, UP)
+    assert (mentor.waiting, mentor.current_policy[0]) == (None, UP)
     assert mentor.steer(RIGHT) == ()  # no observation waits
-    assert mentor.edited_policy[0] == UP
+    assert mentor.current_policy[0] == UP
 
 
 def test_giving_up_recommends_nothing_and_leaves_the_policy():
@@ -139,7 +139,7 @@ def test_giving_up_recommends_nothing_and_leaves_the_policy():
     mentor.observe(state())
     assert mentor.give_up() == advice(NO_ACTION)
     assert mentor.give_up() == ()
-    assert mentor.edited_policy[0] == UP
+    assert mentor.current_policy[0] == UP
 
 
 def test_at_the_end_of_steering_the_policy_answers():
@@ -180,7 +180,7 @@ def test_the_policy_stays_after_a_reset():
     mentor.edit({0: UP})
     mentor.observe(state())
     mentor.on_world(ROOM_MSG._replace(run=8, replaces=7))
-    assert (mentor.waiting, mentor.robot, mentor.edited_policy[0]) == (None, None, UP)
+    assert (mentor.waiting, mentor.robot, mentor.current_policy[0]) == (None, None, UP)
     mentor.observe(state(run=8))
     assert mentor.steer(RIGHT)[0].run == 8
 
@@ -190,12 +190,12 @@ def test_another_map_starts_without_advice_and_answers_what_was_held():
     mentor.on_world(describe_world(grid('..G'), 'other', 6))
     mentor.edit({0: RIGHT})
     mentor.on_world(ROOM_MSG)
-    assert len(mentor.edited_policy) == 3  # the first world is followed while it is not silent
+    assert len(mentor.current_policy) == 3  # the first world is followed while it is not silent
     for _ in range(RIVAL_MESSAGES):
         assert mentor.observe(state()) == ()
     outputs = [msg for _ in range(WORLD_SILENT) for msg in mentor.tick()]
     assert outputs == [Notice("follows world 'room', run 7"), *advice(NO_ACTION)]
-    assert (mentor.edited_policy == NO_ACTION).all() and len(mentor.edited_policy) == 9
+    assert (mentor.current_policy == NO_ACTION).all() and len(mentor.current_policy) == 9
 
 
 def test_a_share_of_a_policy_is_spoiled_and_the_rest_is_not():

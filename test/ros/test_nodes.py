@@ -138,7 +138,7 @@ def call(node, kind, name, **request):
     ('grid_world', 'map:=nowhere', "grid_world: map 'nowhere': a map must be one of "
      f"{', '.join(map_names())} or a readable file (no such file or directory)"),
     ('mentor', 'mentor:=good', 'mentor: a mentor must be one of optimal, random, adversarial, '
-     "noisy:P, snapshot:Q, file:PATH, learned:FILE.npz, none, got 'good'"),
+     "noisy:P, snapshot:Q, file:PATH, learned:FILE.npz, learner:/NAMESPACE, none, got 'good'"),
 ])
 def test_a_wrong_parameter_is_one_line_and_exit_code_2(name, argument, message):
     done = run(name, '--ros-args', '-p', argument)

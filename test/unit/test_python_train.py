@@ -17,6 +17,7 @@ import comply_ros
 from comply_ros.experiments import train
 from comply_ros.learner.learner_config import ConfigError
 from comply_ros.learner.learning_result import LearningError
+from comply_ros.mentor.advice_budget import MentorError
 from comply_ros.storage.training_spec import spec_training
 from comply_ros.terminal.training_options import check_options, training_parser
 
@@ -119,6 +120,8 @@ def test_what_was_learned_can_be_a_mentor(result, tmp_path):
 
 @pytest.mark.parametrize(('settings', 'error', 'message'), [
     ({'method': 'sarse'}, ConfigError, 'a method must be one of'),
+    ({'mentor': 'learner:/robot_2'}, MentorError,
+     'a mentor that follows a running learner must be a node of its own'),
     ({'speed': 1}, ConfigError, "a method has no field 'speed'"),
     ({'iterations': 0}, ConfigError, 'a training needs an end'),
     ({'initial_learning': 'nowhere.npz'}, LearningError, 'a learning file must be readable'),

@@ -78,6 +78,8 @@ WRONG = [
     ('- optimal', '- 0.5', 'line 5: mentors must be words, got 0.5'),
     ('- optimal', '- noisy:2', "line 5: the P of noisy:P must lie in [0, 1], got '2'"),
     ('- optimal', '- file:/nowhere', "line 5: a policy file must be readable, got '/nowhere'"),
+    ('- optimal', '- learner:/robot_2', 'line 5: a mentor that follows a running learner must be '
+     'a node of its own, started with -p mentor:=learner:/robot_2; here, use learned:FILE.npz'),
     ('temperature', 'heat', "line 8: a method has no field 'heat'"),
     ('[0.5, 1]', '[0.5,\n  -1]', 'line 9: temperature must lie in [1e-09, 1000000], got -1.0'),
     ('[0.5, 1]', '[0.5, warm]', "line 8: temperature must be a number such as 1.0, got 'warm'"),
