@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Start the grid world, the mentor and the learner: `ros2 launch comply_ros teach.launch.py`."""
+"""Start worlds, mentors and learners: `ros2 launch comply_ros teach.launch.py`."""
 
 import atexit
 from collections.abc import Callable, Iterable
 from difflib import get_close_matches
 from pathlib import Path
+import shlex
 import shutil
 import tempfile
 from typing import Any
@@ -14,11 +15,17 @@ from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
 from launch.events.process import ProcessExited
 from launch.logging import get_logger
-from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch.substitutions import (
+    LaunchConfiguration,
+    PathJoinSubstitution,
+    TextSubstitution,
+)
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
 
+from comply_ros.mentor.several_mentors import joined, split_mentors
+from comply_ros.nodes.lesson_parameters import mentor_node
 from comply_ros.nodes.node_help import NODE_PARAMETERS
 from comply_ros.nodes.node_processes import yaml_for_rcl
 
@@ -28,8 +35,12 @@ ARGUMENTS = (
     ('map', '', 'name of a map of the package, or a map file'),
     ('method', '', 'method of the learner'),
     ('mentor', '', 'optimal, random, adversarial, noisy:P, snapshot:Q, file:PATH, '
-     'learned:FILE.npz or none; with @C behind it, in a share C of the states only'),
-    ('mentor_seed', '', 'which one of the mentors of this kind'),
+     'learned:FILE.npz, learner:/NAMESPACE or none; with @C behind it, in a share C of the states '
+     'only'),
+    ('mentors', '', "several mentors instead of one, such as 'optimal anna=noisy:0.6', where the "
+     'second has a name; each is a node mentor_NAME'),
+    ('mentor_seed', '', 'which one of the mentors of this kind; each of several has the next '
+     'number'),
     ('budget', '', 'recommendations that the mentor may give; 0: no limit'),
     ('rate', '', 'steps per second; 0: as fast as possible'),
     ('seed', '', 'seed of the random numbers of world and learner'),
@@ -38,6 +49,8 @@ ARGUMENTS = (
     ('learns', '', 'false: act for ever by the initial learning, and learn nothing'),
     ('profile', '', 'report: settings of the text of the report; published: of its runs'),
     ('namespace', '', 'namespace of the nodes, for a second robot'),
+    ('robots', '1', 'number of robots; with more than one, each has a world, a learner and the '
+     'same mentors in a namespace robot_1, robot_2, ..., and the next seed'),
     ('params_file', DEFAULT_FILE, 'parameter file; the arguments above override it'),
     ('state_dir', '', 'folder for the state that the nodes need to continue after a kill'),
     ('respawn', 'false', 'start killed nodes again; with a state_dir nothing is lost'),
@@ -78,6 +91,8 @@ RENAMED = {'mentor_seed': 'seed'}  # arguments with another name than their para
 # Topics that RViz shows; in a namespace they are remapped.
 VIEW_TOPICS = ('map', 'trust', 'values', 'places', 'mentor', 'policy', 'trail', 'robot')
 NOT_TEXT = ('seed', 'mentor_seed', 'budget', 'rate', 'iterations', 'learns', 'end_when_finished')
+MOST_ROBOTS = 64
+LIKE = 0.7  # similarity from which a name is a misspelt one: `robot_name` is not `robots`
 INVALID_ARGUMENTS = 2  # exit code of a node; it would fail again
 
 
@@ -85,23 +100,23 @@ class NodeFailed(RuntimeError):
     """A node that ended with an error; it ends the launch, which then has the exit code 1."""
 
 
-def end_after(name: str, respawns: bool = False, is_needed: bool = True,
+def end_after(name: str, respawns: bool = False, is_needed: Callable[[], bool] = lambda: True,
               ) -> Callable[[ProcessExited, LaunchContext], Any]:
     """
     Return the exit handler of a node: end the launch, unless the node is started again.
 
-    is_needed: whether the launch ends as well where this node ends without an error.
+    is_needed: called where the node ends without an error; whether the launch ends as well.
     """
     def on_exit(event: ProcessExited, context: LaunchContext) -> Shutdown | None:
         if context.is_shutdown or respawns and event.returncode not in (0, INVALID_ARGUMENTS):
             return None
         if event.returncode:  # of a Shutdown, the exit code would be 0
             raise NodeFailed(f'{name} ended with exit code {event.returncode}')
-        return Shutdown(reason=f'{name} has ended') if is_needed else None
+        return Shutdown(reason=f'{name} has ended') if is_needed() else None
     return on_exit
 
 
-def write_texts(name: str, texts: dict[str, str]) -> str:
+def write_texts(name: str, texts: dict[str, Any]) -> str:
     """Write a parameter file with texts in quotes, which launch_ros omits; return its path."""
     folder = Path(tempfile.mkdtemp(prefix='comply_ros_'))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
@@ -111,25 +126,93 @@ def write_texts(name: str, texts: dict[str, str]) -> str:
 
 
 def nodes(context: LaunchContext) -> list[Node]:
-    """Return the three nodes and the viewers; raises ValueError if there is no `params_file`."""
+    """Return the nodes of each robot and the viewers; raises ValueError for what cannot be."""
     warn_of_misspelt(context.argv)
     given = {name: LaunchConfiguration(name).perform(context) for name, _, _ in ARGUMENTS}
     if not Path(given['params_file']).is_file():  # launch would warn, and start without it
         raise ValueError(f'params_file must be a file, got {given["params_file"]!r}')
-    respawns, started = given['respawn'] == 'true', []
-    for name, arguments in NODES.items():
-        names = [each for each in arguments if given[each]]
-        values = {RENAMED.get(each, each): ParameterValue(
-            LaunchConfiguration(each), value_type=None) for each in names if each in NOT_TEXT}
-        texts = {each: given[each] for each in names if each not in NOT_TEXT}
-        files = [given['params_file'], *([write_texts(name, texts)] if texts else [])]
-        started.append(Node(
-            package='comply_ros', executable=name, name=name, namespace=given['namespace'],
-            parameters=[*files, values],  # the file first, so that arguments win
-            arguments=['--ros-args', '--enclave', f'/{name}', '--log-level', given['log_level']],
-            output='screen', emulate_tty=True, respawn=respawns, respawn_delay=0.5,
-            on_exit=end_after(name, respawns)))
-    return [*started, *viewers(given), *observers(given)]
+    mentors, robots = mentors_of(given), robots_of(given)
+    learning = {namespace for namespace, _ in robots}
+    return [node for namespace, seed in robots
+            for node in (*robot(given, namespace, seed, mentors, learning),
+                         *viewers({**given, 'namespace': namespace}))] + observers(given)
+
+
+def mentors_of(given: dict[str, str]) -> dict[str, str]:
+    """Return several mentors by their names, none where there is one; may raise ValueError."""
+    if given['mentor'] and given['mentors']:
+        raise ValueError(f'either mentor or mentors must be given, got {given["mentor"]!r} and '
+                         f'{given["mentors"]!r}')
+    return split_mentors(joined(shlex.split(given['mentors']))) if given['mentors'] else {}
+
+
+def robots_of(given: dict[str, str]) -> list[tuple[str, str]]:
+    """Return namespace and seed of each robot, as texts; raises ValueError."""
+    count = whole_number('robots', given['robots'])
+    if not 1 <= count <= MOST_ROBOTS:
+        raise ValueError(f'robots must lie in [1, {MOST_ROBOTS}], got {count}')
+    if count == 1:
+        return [(given['namespace'], given['seed'])]
+    for name in ('rviz', 'dashboard', 'record'):
+        if given[name] == 'true':
+            raise ValueError(f'{name}:=true must be used with one robot, got robots:={count}: '
+                             'start it beside them, in the namespace of one of them')
+    seed, outside = whole_number('seed', given['seed'] or '0'), given['namespace'].rstrip('/')
+    return [(f'{outside}/robot_{number + 1}', str(seed + number)) for number in range(count)]
+
+
+def whole_number(name: str, text: str) -> int:
+    """Return the number of an argument; raises ValueError if it is none."""
+    if not text.isdecimal():
+        raise ValueError(f'{name} must be a whole number, got {text!r}')
+    return int(text)
+
+
+def robot(given: dict[str, str], namespace: str, seed: str, mentors: dict[str, str],
+          learning: set[str]) -> list[Node]:
+    """
+    Return the world, the mentors and the learner of one robot.
+
+    mentors: by their names; empty for the one of the argument `mentor`.
+    learning: namespaces whose learner has not ended; the launch ends with the last one.
+    """
+    given, first = {**given, 'namespace': namespace, 'seed': seed}, given['mentor_seed'] or '0'
+    several = [node_of('mentor', mentor_node(name), given, {
+        'mentor': text, 'name': name, 'seed': whole_number('mentor_seed', first) + place})
+        for place, (name, text) in enumerate(mentors.items())]
+
+    def is_last() -> bool:
+        learning.discard(namespace)
+        return not learning
+    return [node_of('grid_world', 'grid_world', given, {}),
+            *(several or [node_of('mentor', 'mentor', given, {})]),
+            node_of('learner', 'learner', given, {'mentors': list(mentors)} if mentors else {},
+                    is_last)]
+
+
+def node_of(executable: str, name: str, given: dict[str, str], parameters: dict[str, Any],
+            is_needed: Callable[[], bool] = lambda: True) -> Node:
+    """
+    Return a node, with the parameters that the arguments set.
+
+    parameters: of this node only; they win.
+    is_needed: as `end_after` takes it.
+    """
+    set_here = [each for each in NODES[executable]
+                if given[each] and RENAMED.get(each, each) not in parameters]
+    values = {RENAMED.get(each, each): ParameterValue(
+        TextSubstitution(text=given[each]), value_type=None)
+              for each in set_here if each in NOT_TEXT}
+    texts = {**{each: given[each] for each in set_here if each not in NOT_TEXT}, **parameters}
+    files = [given['params_file'], *([write_texts(name, texts)] if texts else [])]
+    respawns = given['respawn'] == 'true'
+    return Node(
+        package='comply_ros', executable=executable, name=name, namespace=given['namespace'],
+        parameters=[*files, values],  # the file first, so that arguments win
+        arguments=['--ros-args', '--enclave', f'/{executable}', '--log-level',
+                   given['log_level']],
+        output='screen', emulate_tty=True, respawn=respawns, respawn_delay=0.5,
+        on_exit=end_after(name, respawns, is_needed))
 
 
 def warn_of_misspelt(argv: Iterable[str]) -> None:
@@ -140,7 +223,7 @@ def warn_of_misspelt(argv: Iterable[str]) -> None:
     """
     known = [name for name, _, _ in ARGUMENTS]
     for name in (text.partition(':=')[0] for text in argv):
-        similar = get_close_matches(name, known, n=1)
+        similar = get_close_matches(name, known, n=1, cutoff=LIKE)
         if similar and name not in known:
             get_logger('teach.launch.py').warning(
                 f'argument {name!r} is unknown and has no effect; did you mean {similar[0]!r}?')
@@ -153,7 +236,7 @@ def viewers(given: dict[str, str]) -> list[Node]:
         started.append(Node(
             package='comply_ros', executable='viewer', name='viewer', namespace=namespace,
             parameters=[given['params_file']], output='screen', emulate_tty=True,
-            on_exit=end_after('viewer', is_needed=False),
+            on_exit=end_after('viewer', is_needed=lambda: False),
             arguments=['--ros-args', '--enclave', '/viewer', '--log-level', given['log_level']]))
     if given['rviz'] == 'true':
         check_rviz()
@@ -171,7 +254,7 @@ def observers(given: dict[str, str]) -> list[Node]:
     return [Node(
         package='comply_ros', executable=name, name=name, namespace=given['namespace'],
         parameters=[given['params_file'], values], output='screen', emulate_tty=True,
-        on_exit=end_after(name, is_needed=False),
+        on_exit=end_after(name, is_needed=lambda: False),
         arguments=['--ros-args', '--enclave', f'/{name}', '--log-level', given['log_level']])
         for name, values in (('record', {}), ('dashboard', {'teach': False}))
         if given[name] == 'true']

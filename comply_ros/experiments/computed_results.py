@@ -1,18 +1,40 @@
 # SPDX-License-Identifier: Apache-2.0
 """Read access to computed runs: curves, metrics and trust for figures, checks and tables."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from comply_ros.experiments import training_runs
 from comply_ros.experiments.result_cache import CellData, ResultCache
-from comply_ros.experiments.training_runs import advice_of, reference_returns_of, Run
+from comply_ros.experiments.training_runs import (
+    advice_of,
+    GreedyCurve,
+    reference_returns_of,
+    Run,
+)
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import action_values, greedy, optimal_values
 
 WRONG = 0.15  # a recommendation that costs more than this, one step and a half, is wrong
 END_ITERATIONS = 20  # at an end of a curve, over which it is averaged
+LAST_ITERATIONS = 50  # over which the end of a single learner is averaged
+
+
+class EndsTogether(NamedTuple):
+    """
+    How learners end that teach each other in pairs, and the same ones alone.
+
+    together, alone: mean return of the last 50 iterations, over all seeds.
+    better: in how many of the `pairs` both end better than alone.
+    """
+
+    together: float
+    alone: float
+    better: int
+    pairs: int
 
 
 class Results:
@@ -43,6 +65,23 @@ class Results:
     def counted(self, run: Run) -> NDArray[np.float64]:
         """`returns[seed, iteration]` of the iterations that learn."""
         return self.cell(run).returns[:, training_runs.config_of(run).measuring_iterations:]
+
+    def greedy_curve(self, run: Run) -> GreedyCurve:
+        """Return the `GreedyCurve` of a run."""
+        return GreedyCurve(**self.cells.load_extra('growth', run))
+
+    def counted_together(self, run: Run) -> NDArray[np.float64]:
+        """`returns[seed, iteration]` that learn, of learners that teach each other."""
+        returns = self.cells.load_extra('together', run)['returns']
+        return returns[:, training_runs.config_of(run).measuring_iterations:]
+
+    def ends_together(self, run: Run) -> EndsTogether:
+        """Return how learners that teach each other end, and the same ones alone."""
+        alone, together = (values[:, -LAST_ITERATIONS:].mean(axis=1)
+                           for values in (self.counted(run), self.counted_together(run)))
+        pairs = len(alone) // 2
+        better = (together > alone)[:2 * pairs].reshape(pairs, 2).all(axis=1)
+        return EndsTogether(float(together.mean()), float(alone.mean()), int(better.sum()), pairs)
 
     def measured(self, run: Run, name: str) -> list[float | None]:
         """`time_to_convergence`, `reward_ratio` or `regret` of each seed."""

@@ -71,7 +71,7 @@ def check_traces_against_td0(results: Results, figure: Figure) -> Verdict:
 
 def check_greedy_curve(results: Results, figure: Figure) -> Verdict:
     """Check that the greedy policy is mostly better than the learner."""
-    _, learner, greedy = results.cells.load_greedy_curve(figure.runs['sarsa'])
+    _, learner, greedy = results.greedy_curve(figure.runs['sarsa'])
     better = np.mean(np.array(greedy) > np.array(learner))
     return Verdict(bool(better > 0.5), f'the greedy policy is better at {better:.0%} of the '
                    'points measured')

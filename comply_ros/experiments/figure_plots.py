@@ -156,7 +156,7 @@ def _draw_mean(
 def plot_greedy_curve(figure: Figure, results: Results) -> Plot:
     """Plot the return of a learner, and of its greedy policy (3.5), as it learns."""
     run = figure.runs['sarsa']
-    numbers, learner, greedy = results.cells.load_greedy_curve(run)
+    numbers, learner, greedy = results.greedy_curve(run)
     plot, axes = new_plot(figure.title, 'iteration', 'return of an episode')
     axes.plot(numbers, learner, label='learner, while it explores', linewidth=2,
               **line_style('sarsa'))
@@ -169,6 +169,21 @@ def plot_greedy_curve(figure: Figure, results: Results) -> Plot:
         axes.plot(numbers[nearest], greedy[nearest], 's', color=RED, markersize=9,
                   label=f'a mentor of {level:.0%}' if level == 0.5 else None)
     axes.legend(frameon=False, fontsize=10)
+    return plot
+
+
+def plot_together(figure: Figure, results: Results) -> Plot:
+    """Plot the mean return of learners that teach each other, and of the same ones alone."""
+    plot, axes = new_plot(figure.title, 'iteration', 'mean return of an episode')
+    run = next(iter(figure.runs.values()))
+    axes.axhline(reference_returns_of(run).optimal_return, color=GREEN, linewidth=1.2, zorder=1,
+                 label='optimal')
+    for label, run in figure.runs.items():
+        colour = line_style(label)['color']
+        for values, name, dash in ((results.counted_together(run), 'two together', '-'),
+                                   (results.counted(run), 'alone', '--')):
+            _draw_mean(axes, values, f'{label}, {name}', {'color': colour, 'linestyle': dash})
+    axes.legend(frameon=False, fontsize=10, loc='lower right')
     return plot
 
 
@@ -245,5 +260,6 @@ def _scale_regret_axis(axes: Axes) -> None:
 PLOTS: dict[str, Callable[[Figure, Results], Plot]] = {
     'map': plot_map, 'policy': plot_policy, 'advice': plot_advice, 'sweeps': plot_sweeps,
     'changes': plot_changes, 'curves': plot_curves, 'growth': plot_greedy_curve,
+    'together': plot_together,
     'densities': plot_densities, 'histogram': plot_histogram, 'trust': plot_trust,
     'time_to_convergence': plot_metric, 'reward_ratio': plot_metric, 'regrets': plot_metric}

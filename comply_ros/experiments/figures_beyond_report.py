@@ -19,6 +19,7 @@ MAZE = 'maze'  # with slips that can bump, as the report describes it: the harde
 OURS, WITH_MODEL = 'head_start', 'model_based'  # our two methods, the earlier one first
 ITERATIONS_ALONE = {'sarsa': 600, 'q_learning': 600, 'sarsa_lambda': 400, 'watkins': 400}
 BASELINES = ('explicit_lambda', 'pi_reuse', 'policy_shaping', 'jump_start')
+TOGETHER = ('pi_reuse', 'explicit')  # one that ends better with a second learner, one worse
 COVERAGES = (1.0, 0.5, 0.2, 0.1, 0.0)
 BUDGETS = (10, 30, 100, 300, 1000)
 
@@ -53,7 +54,7 @@ def all_mentors(mentors: Mentors) -> dict[str, str]:
 def extra_figures(profile: str, mentors: Mentors) -> list[Figure]:
     """Return the figures that go beyond the report."""
     return [*_comparisons(profile, mentors), *_open_questions(profile, mentors),
-            *_table_runs(profile, mentors)]
+            *_together(profile), *_table_runs(profile, mentors)]
 
 
 def _comparisons(profile: str, mentors: Mentors) -> Iterator[Figure]:
@@ -70,6 +71,14 @@ def _comparisons(profile: str, mentors: Mentors) -> Iterator[Figure]:
                  'a mentor that loops', 'curves',
                  {method: fitted_run(method, profile, mentors.bad, MAZE)
                   for method in ('explicit', 'policy_shaping', OURS, WITH_MODEL)})
+
+
+def _together(profile: str) -> Iterator[Figure]:
+    yield Figure('two_learners', 'Two learners that teach each other', 'Two learners without any '
+                 'other mentor, each with the newest policy of the other as its advice, and the '
+                 'same learners alone', 'together',
+                 {method: run_with_mentor(method, profile, 'none', MAZE)
+                  for method in TOGETHER})
 
 
 def _open_questions(profile: str, mentors: Mentors) -> Iterator[Figure]:

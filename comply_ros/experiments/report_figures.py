@@ -12,7 +12,7 @@ from comply_ros.experiments.published_results import (
     GOOD,
     OPTIMAL,
 )
-from comply_ros.experiments.training_runs import Run
+from comply_ros.experiments.training_runs import EXTRA_CURVES, Run
 
 TRACES = ('sarsa_lambda', 'watkins')
 
@@ -54,9 +54,9 @@ class Figure(NamedTuple):
         """Tell whether the report has this figure."""
         return self.name[0].isdigit()
 
-    def greedy_curve_runs(self) -> list[Run]:
-        """Return the runs whose `GreedyCurve` it needs."""
-        return list(self.runs.values()) if self.kind == 'growth' else []
+    def extra_runs(self) -> list[Run]:
+        """Return the runs of which it needs more than their cells: the curves of its kind."""
+        return list(self.runs.values()) if self.kind in EXTRA_CURVES else []
 
     def all_runs(self) -> list[Run]:
         """Return the runs whose cells it needs, also those that only its verdict needs."""

@@ -78,6 +78,9 @@ def _figure_numbers(results: Results, figure: Figure) -> dict:
     """Return title, caption, cells, and the verdict where there is one."""
     table = {'title': figure.title, 'showed': figure.caption,
              'cells': [run.cell_name() for run in figure.all_runs()]}
+    if figure.kind == 'together':
+        table['ends'] = {label: results.ends_together(run)._asdict()
+                         for label, run in figure.runs.items()}
     checked = verdict(results, figure) if figure.is_of_report() else None
     if checked:
         table.update(agrees=bool(checked.agrees), evidence=checked.evidence)
@@ -153,6 +156,10 @@ def _figure_lines(figure: Figure, numbers: dict, folder: str) -> Iterator[str]:
     yield f'\n### {name}\n\n![{figure.title}]({folder}/{figure.name}.png)\n'
     if not figure.is_of_report():
         yield f'{figure.caption}.'
+        for label, ends in numbers.get('ends', {}).items():
+            yield (f'With `{label}` the last 50 iterations have a mean return of '
+                   f'{ends["together"]:.2f} together and {ends["alone"]:.2f} alone; in '
+                   f'{ends["better"]} of {ends["pairs"]} pairs both end better together.')
     elif 'agrees' not in numbers:
         yield f'The report: {figure.caption}. Ours is drawn from the same definition.'
     else:

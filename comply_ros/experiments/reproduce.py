@@ -160,17 +160,17 @@ def _complete(
         training_runs.validate_run(run)
     watched = set(all_runs(figure for figure in figures if figure.kind == 'changes'))
     missing = [run for run in runs if not cache.has(run, run in watched)]
-    curves = [run for figure in figures for run in figure.greedy_curve_runs()
-              if not cache.has_greedy_curve(run)]
-    if options.redraw and missing + curves:
+    curves = [(figure.kind, run) for figure in figures for run in figure.extra_runs()
+              if not cache.has_extra(figure.kind, run)]
+    if options.redraw and (missing or curves):
         raise FigureError(f'--redraw must find all cells with {cache.seeds} seeds in '
-                          f'{cache.folder}, but {len(missing + curves)} are missing')
+                          f'{cache.folder}, but {len(missing) + len(curves)} are missing')
     with interrupts() as stop:
         if missing:
             compute_cells(missing, cache, stop, watched)
-        for run in curves:
+        for kind, run in curves:
             check(stop)
-            cache.save_greedy_curve(run, training_runs.greedy_curve(run))
+            cache.save_extra(kind, run, training_runs.EXTRA_CURVES[kind](run, cache.seeds))
 
 
 def _plot(figures: Sequence[Figure], results: Results, folder: Path) -> None:

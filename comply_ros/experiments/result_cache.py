@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from comply_ros.experiments.training_runs import (
     config_of,
-    GreedyCurve,
     reference_returns_of,
     Run,
     RunResult,
@@ -76,22 +75,22 @@ class ResultCache:
         _write_whole(path, cell._asdict())
         self._loaded[path] = cell
 
-    def has_greedy_curve(self, run: Run) -> bool:
-        """Tell whether the `GreedyCurve` of a run is there."""
-        return self._greedy_curve_path(run).exists()
+    def has_extra(self, kind: str, run: Run) -> bool:
+        """Tell whether the curves that a kind of figure needs of a run are there."""
+        return self._extra_path(kind, run).exists()
 
-    def save_greedy_curve(self, run: Run, curve: GreedyCurve) -> None:
-        """Write the `GreedyCurve` of a run; an OSError names the file."""
-        _write_whole(self._greedy_curve_path(run), curve._asdict())
+    def save_extra(self, kind: str, run: Run, curves: NamedTuple) -> None:
+        """Write the curves that a kind of figure needs of a run; an OSError names the file."""
+        _write_whole(self._extra_path(kind, run), curves._asdict())
 
-    def load_greedy_curve(self, run: Run) -> GreedyCurve:
-        """Return the `GreedyCurve` of a run; raise OSError if it cannot be read."""
-        with np.load(self._greedy_curve_path(run)) as file:
-            return GreedyCurve(**{name: file[name] for name in file})
+    def load_extra(self, kind: str, run: Run) -> dict[str, NDArray[Any]]:
+        """Return the arrays that `save_extra` has written; raise OSError if there are none."""
+        with np.load(self._extra_path(kind, run)) as file:
+            return {name: file[name] for name in file}
 
-    def _greedy_curve_path(self, run: Run) -> Path:
+    def _extra_path(self, kind: str, run: Run) -> Path:
         path = self._path(run)
-        return path.with_name(f'growth-{path.name}')
+        return path.with_name(f'{kind}-{self.seeds}-{path.name}')
 
     def _path(self, run: Run) -> Path:
         spec = read_mentor_spec(run.mentor)  # files count by what is in them, not by their names

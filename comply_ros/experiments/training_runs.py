@@ -16,6 +16,7 @@ from comply_ros.learner.confidence import confidence_map
 from comply_ros.learner.learner_config import ConfigError, LearnerConfig, with_text
 from comply_ros.learner.presets import find_method
 from comply_ros.learner.training import Training
+from comply_ros.learner.two_learners import TwoLearners
 from comply_ros.mentor.advice_budget import AdviceBudget, validate_advice_budget
 from comply_ros.mentor.best_of_mentors import mentor_returns
 from comply_ros.mentor.policy_validation import PolicyError
@@ -85,6 +86,12 @@ class GreedyCurve(NamedTuple):
     numbers: list[int]
     learner: list[float]
     greedy: list[float]
+
+
+class PairCurves(NamedTuple):
+    """`returns[seed, iteration]` of learners that teach each other: seeds 0 and 1, 2 and 3, ..."""
+
+    returns: list[list[float]]
 
 
 def run_of_seed(run: Run, seed: int) -> Run:
@@ -195,6 +202,22 @@ def greedy_curve(run: Run) -> GreedyCurve:
             policy = greedy(training.state.q, free)
             points.append((number, iteration.mean_return, reference.return_of(policy)))
     return GreedyCurve(*map(list, zip(*points)))
+
+
+def pair_curves(run: Run, seeds: int) -> PairCurves:
+    """Return the `PairCurves` of learners with so many seeds, from 0 on; the last may be alone."""
+    world, config = reference_returns_of(run).world, config_of(run)
+    returns = []
+    for seed in range(0, seeds, 2):
+        pair = TwoLearners(world, config, (seed, seed + 1))
+        results = [pair.iterate() for _ in range(config.iterations)]
+        returns += [[each.mean_return for each in learner] for learner in zip(*results)]
+    return PairCurves(returns[:seeds])
+
+
+# Of kinds of figures that need more than cells: what computes it from a run and a number of seeds.
+EXTRA_CURVES: dict[str, Callable[[Run, int], Any]] = {
+    'growth': lambda run, seeds: greedy_curve(run), 'together': pair_curves}
 
 
 def measures(run: Run, returns: list[float]) -> dict[str, float | None]:

@@ -130,7 +130,8 @@ def test_every_kind_of_figure_of_a_compliant_learner_is_plotted(tmp_path, monkey
              'histogram': {'explicit': run},
              'regrets': {('explicit', 1.0): run, ('explicit', 0.5): run,
                          ('vanishing', None): run._replace(method='vanishing')},
-             'time_to_convergence': {('explicit', 1.0): run}, 'growth': {'sarsa': Run(
+             'time_to_convergence': {('explicit', 1.0): run},
+             'together': {'explicit': run._replace(mentor='none')}, 'growth': {'sarsa': Run(
                  'bar_grid', 'published', 'sarsa', (('iterations', 20), ('episodes', 3)))}}
     figures = [Figure(kind, f'A figure of {kind}', 'it is there', kind, cells, 'bar_grid')
                for kind, cells in kinds.items()]

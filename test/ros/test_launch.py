@@ -12,6 +12,8 @@ from node_processes import ROOT
 import pytest
 from waiting import DEADLINE, wait_until
 
+import comply_ros
+
 FILE = str(ROOT / 'launch' / 'teach.launch.py')
 COMMAND = (sys.executable, '-c',
            'import sys; from ros2cli.cli import main; sys.argv[0] = "ros2"; sys.exit(main())')
@@ -106,3 +108,30 @@ def test_a_map_is_the_one_of_the_name_that_was_given(tmp_path, name):
                     folder=tmp_path)
     assert done.returncode == 0, done.stdout + done.stderr
     assert 'finished 1 iterations' in done.stdout
+
+
+def test_each_robot_learns_the_bits_of_train_by_its_seed_with_the_same_mentors(tmp_path):
+    mentors = 'optimal noisy:0.6 on=random'  # a name that YAML would take for a boolean
+    done = launched('map:=bar_grid', f'mentors:={mentors}', 'iterations:=2', 'seed:=3',
+                    'robots:=2', folder=tmp_path)
+    assert done.returncode == 0, done.stdout + done.stderr
+    for robot, seed in (('robot_1', 3), ('robot_2', 4)):
+        result = comply_ros.train('bar_grid', mentor=mentors.split(), seed=seed, iterations=2)
+        assert f'[{robot}.learner]: finished 2 iterations, digest {result.digest}' in done.stdout
+        assert f'[{robot}.mentor_on]: advises in world' in done.stdout
+
+
+@pytest.mark.parametrize('arguments, sentence', [
+    (('mentor:=optimal', 'mentors:=random'),
+     "either mentor or mentors must be given, got 'optimal' and 'random'"),
+    (('mentors:=anna=optimal anna=random',),
+     "each mentor must have a name of its own, got 'anna' twice"),
+    (('robots:=0',), 'robots must lie in [1, 64], got 0'),
+    (('robots:=some',), "robots must be a whole number, got 'some'"),
+    (('robots:=2', 'seed:=-1'), "seed must be a whole number, got '-1'"),
+    (('robots:=2', 'record:=true'), 'record:=true must be used with one robot, got robots:=2')])
+def test_robots_and_mentors_that_cannot_be_fail_the_launch_in_one_sentence(
+        tmp_path, arguments, sentence):
+    done = launched(*arguments, folder=tmp_path)
+    assert sentence in done.stdout + done.stderr
+    assert done.returncode == 1

@@ -43,10 +43,10 @@ def test_the_launch_file_has_the_documented_arguments_and_all_methods():
     tables = {node.targets[0].id: node.value for node in ast.parse(
         (TOP / 'launch' / 'teach.launch.py').read_text()).body if isinstance(node, ast.Assign)}
     names = [row.elts[0].value for row in tables['ARGUMENTS'].elts]
-    assert names == ['map', 'method', 'mentor', 'mentor_seed', 'budget', 'rate', 'seed',
-                     'iterations', 'initial_learning', 'learns', 'profile', 'namespace',
-                     'params_file', 'state_dir', 'respawn', 'end_when_finished', 'viewer', 'rviz',
-                     'dashboard', 'record', 'log_level']
+    assert names == ['map', 'method', 'mentor', 'mentors', 'mentor_seed', 'budget', 'rate',
+                     'seed', 'iterations', 'initial_learning', 'learns', 'profile', 'namespace',
+                     'robots', 'params_file', 'state_dir', 'respawn', 'end_when_finished',
+                     'viewer', 'rviz', 'dashboard', 'record', 'log_level']
     choices, renamed = (ast.literal_eval(tables[name]) for name in ('CHOICES', 'RENAMED'))
     assert choices['method'] == ['', *METHODS['published']]
     assert choices['profile'] == ['', *METHODS]
