@@ -19,7 +19,7 @@ from comply_ros.learner.learner_config import CONFIG_FIELDS, ConfigError, Learne
 from comply_ros.learner.learner_state import ONE_MENTOR
 from comply_ros.learner.learning_result import LearningError
 from comply_ros.learner.presets import find_method
-from comply_ros.mentor.several_mentors import MentorNameError
+from comply_ros.mentor.several_mentors import can_be_mentors, MentorNameError, MOST_MENTORS
 from comply_ros.nodes.clocks import PaceClock, PaceTimer
 from comply_ros.nodes.parameters import (
     ADVICE_TIMEOUT,
@@ -93,6 +93,7 @@ class LearnerNode(ProtocolNode):
         self.machine = Learner(config, seed, remembers, 1 + secrets.randbelow(2 ** 32 - 1),
                                initial, mentors)
         self._refused: set[str] = set()  # names of mentors that cannot join
+        self._expected, self._waiting_at_tick = mentors, None  # those that it always waits for
         self._map_throttle = CostThrottle(self.declare(MAP_PERIOD))
         self._timeout, self._pace_clock = self.declare(ADVICE_TIMEOUT), PaceClock(self)
         self._waiting_since: tuple[StateReward | None, float] = None, 0.0
@@ -153,18 +154,19 @@ class LearnerNode(ProtocolNode):
         self._finished_ticks += self.machine.finished
         if self.machine.config.needs_mentor():
             self._find_mentors()
+            self._leave_silent_mentors()
         return self._in_its_world(super().tick)
 
     def _find_mentors(self) -> None:
         """Let mentors that are found join; at the start, in the place of one without a name."""
         found, machine = mentors_found(self), self.machine
-        if found and machine.mentors == ONE_MENTOR and not machine.step_count \
-                and not self.count_publishers(RECOMMENDATION.name):
-            machine.replace_mentors(found)
-            self.get_logger().info(f'takes the advice of {", ".join(found)}')
+        instead = [name for name in found if can_be_mentors([name])][:MOST_MENTORS]
+        if machine.mentors == ONE_MENTOR and not machine.step_count and instead \
+                and '' not in found:
+            machine.replace_mentors(instead)
+            self.get_logger().info(f'takes the advice of {", ".join(instead)}')
             self._publish_description()
             self._follow_settings()
-            return
         for name in found:
             if name not in self._heard and name not in self._refused:
                 try:
@@ -173,6 +175,18 @@ class LearnerNode(ProtocolNode):
                 except MentorNameError as error:
                     self._refused.add(name)
                     self.get_logger().warning(f'the mentor {name!r} cannot join: {error}')
+
+    def _leave_silent_mentors(self) -> None:
+        """Continue without mentors that were found, and have not answered for a second."""
+        waiting, before = self.machine.waiting, self._waiting_at_tick
+        self._waiting_at_tick = waiting
+        missing = self.machine.missing_mentors()
+        if waiting is None or waiting is not before or self.blocked \
+                or not missing or {*missing} & {*self._expected}:
+            return
+        self.respond((Ignored('no advice in time', f'the mentor {", ".join(missing)} does not '
+                              'answer: continues without it until it does'),
+                      *self._with_maps(self.machine.continue_without_advice())))
 
     def reset(self, request: Any, response: Any) -> Any:
         """Serve `~/reset`: forget everything that was learned since the start."""

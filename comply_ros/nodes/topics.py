@@ -90,11 +90,15 @@ def topic_of_mentor(topic: Topic, mentor: str) -> Topic:
 
 
 def mentors_found(node: Node) -> list[str]:
-    """Return the names of the mentors that publish recommendations in the namespace of a node."""
+    """
+    Return the names of the mentors that publish recommendations in the namespace of a node.
+
+    The one without a name, '', comes first.
+    """
     before, after = f'{node.resolve_topic_name(MENTORS)}/', f'/{RECOMMENDATION.name}'
     names = [topic[len(before):-len(after)] for topic, _ in node.get_topic_names_and_types()
              if topic.startswith(before) and topic.endswith(after)]
-    return sorted(name for name in names if name and '/' not in name and node.count_publishers(
+    return sorted(name for name in ('', *names) if '/' not in name and node.count_publishers(
         name_of_mentor(RECOMMENDATION.name, name)))
 
 

@@ -172,7 +172,9 @@ class Learner:
         """Text of what this learner needs to continue; None where it has everything."""
         tracker = self.tracker
         if self.waiting:
-            return f'a recommendation in state {self.waiting.state}: {self._missing_mentor()}'
+            name = ''.join(self.missing_mentors()[:1])
+            mentor = f'the mentor {name}' if name else 'a mentor'
+            return f'a recommendation in state {self.waiting.state}: is {mentor} running?'
         if tracker.left_to_others:
             return 'an observation of its own: the world addresses another learner'
         if tracker.late and not self.finished:
@@ -266,7 +268,8 @@ class Learner:
             self.agent.add_mentor(name)
             self._hear(name)
         self.needs_checkpoint = True
-        return (Notice(f'takes the advice of {", ".join(names)} too'),)
+        shown = (name or 'the mentor without a name' for name in names)
+        return (Notice(f'takes the advice of {", ".join(shown)} too'),)
 
     def _hear(self, name: str) -> None:
         self._advice.add_mentor(name)
@@ -306,13 +309,14 @@ class Learner:
             self._advice.absent |= {m for m, action in enumerate(available) if action is None}
         return self._answer(tuple(NO_ACTION if each is None else each for each in available))
 
-    def _missing_mentor(self) -> str:
-        """Return a question about the first mentor that the state which waits has no advice of."""
-        assert self.waiting is not None
+    def missing_mentors(self) -> list[str]:
+        """Return the names of the mentors whose advice an observation waits for."""
+        if self.waiting is None:
+            return []
         available = self._advice.available_advice(
             self.waiting.state, None if self._remembers_advice else step_id(self.waiting))
-        name = next((name for name, action in zip(self.mentors, available) if action is None), '')
-        return f'is the mentor {name} running?' if name else 'is a mentor running?'
+        return [name for m, (name, action) in enumerate(zip(self.mentors, available))
+                if action is None and m not in self._advice.absent]
 
     def _answer(self, advice: tuple[int, ...]) -> Outputs:
         """Step the agent by the observation that waits; return the action and any report."""

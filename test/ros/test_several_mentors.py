@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A learner with several mentor nodes: named in advance, found while it runs, killed."""
+
+from contextlib import contextmanager
+
+from lesson_summaries import assert_equal_but_for_time, lesson_summary, trained_summary
+from node_processes import log_has
+import pytest
+from short_training import digest_of
+from waiting import wait_until
+
+import comply_ros
+from comply_ros.nodes.node_processes import run_nodes
+
+pytestmark = pytest.mark.usefixtures('domain')
+
+TEACHERS = {'anna': 'optimal', 'bob': 'noisy:0.5', 'carl': 'random'}
+SHORT = ('-p', 'iterations:=8', '-p', 'episodes:=4', '-p', 'seed:=1', '-p', 'map_period:=0.0')
+ENDLESS = ('-p', 'iterations:=0', '-p', 'episodes:=4')
+
+
+@contextmanager
+def teachers(folder, names):
+    """Run a mentor node for each name, and give them by name."""
+    folder.mkdir(exist_ok=True)
+    arguments = {f'mentor_{name}': ('-p', f'name:={name}', '-p', f'mentor:={TEACHERS[name]}',
+                                    '-p', f'seed:={list(TEACHERS).index(name)}')
+                 for name in names}
+    with run_nodes(arguments, folder, executables=dict.fromkeys(arguments, 'mentor')) as started:
+        yield dict(zip(names, started))
+
+
+@contextmanager
+def school(folder, learner, names=tuple(TEACHERS)):
+    """Run a world, a learner with these arguments and mentors; give the learner and those."""
+    folder.mkdir(exist_ok=True)
+    with run_nodes({'grid_world': ('-p', 'map:=bar_grid', '-p', 'seed:=1'),
+                    'learner': learner}, folder) as (_, own), teachers(folder, names) as mentors:
+        yield own, mentors
+
+
+@pytest.fixture(scope='module')
+def expected():
+    """Return the digest of a training in one process with the same mentors."""
+    mentors = [f'{name}={spec}' for name, spec in TEACHERS.items()]
+    return comply_ros.train('bar_grid', 'explicit', mentors, seed=1, iterations=8,
+                            episodes=4).digest
+
+
+@pytest.mark.parametrize('learner', [
+    ('-p', 'mentors:=[anna, bob, carl]'),
+    pytest.param(('-p', 'mentors:=[anna, bob, carl]', '-p', 'remembers_advice:=false'),
+                 marks=pytest.mark.long)], ids=['remembers', 'asks'])
+def test_mentors_that_are_named_in_advance_give_the_bits_of_one_process(
+        tmp_path, expected, learner):
+    with school(tmp_path, ('-p', 'method:=explicit', *SHORT, *learner), ('carl', 'anna')) as (
+            own, _), teachers(tmp_path / 'late', ['bob']):
+        assert digest_of(own) == expected
+
+
+def test_a_lesson_with_several_mentors_gives_the_bits_of_train(tmp_path):
+    argv = ('--map', 'bar_grid', '--iterations', '3', '--episodes', '5', '--mentors', 'optimal',
+            'anna=noisy:0.5', 'noisy:0.5')
+    summary = trained_summary(tmp_path / 'train', *argv)
+    assert list(summary['mentor_returns']) == ['optimal', 'anna', 'noisy_0_5']
+    assert summary['mentor_returns']['anna'] != summary['mentor_returns']['noisy_0_5']
+    assert_equal_but_for_time(summary, lesson_summary(tmp_path / 'lesson', *argv))
+
+
+def test_a_learner_takes_the_mentors_that_it_finds_and_goes_on_without_a_dead_one(tmp_path):
+    with school(tmp_path, ENDLESS, ['anna']) as (own, mentors):
+        wait_until(log_has(own, 'takes the advice of anna'), 'the first mentor is found')
+        with teachers(tmp_path / 'late', ['bob']) as late:
+            wait_until(log_has(own, 'takes the advice of bob too'), 'the second one joins')
+            late['bob'].kill()
+            wait_until(log_has(own, 'the mentor bob does not answer: continues without it'),
+                       'the learner goes on')
+        mentors['anna'].check()
+
+
+def test_a_mentor_that_is_named_is_waited_for_by_name(tmp_path):
+    with school(tmp_path, (*ENDLESS, '-p', 'mentors:=[anna, bob]'), ['anna']) as (own, _):
+        wait_until(log_has(own, 'is the mentor bob running?'), 'it says for whom it waits')
+
+
+@pytest.mark.parametrize('learner, message', [
+    ('mentors:=[anna, anna]', "each mentor must have a name of its own, got 'anna' twice"),
+    ('mentors:=[a b]', "the name of a mentor must be a letter, then letters, digits and single "
+     "underscores between them, got 'a b'")])
+def test_names_that_cannot_be_end_a_learner_in_a_sentence(tmp_path, learner, message):
+    with run_nodes({'learner': ('-p', learner)}, tmp_path) as (own,):
+        wait_until(lambda: own.end_report() is not None, 'it has ended')
+        assert message in own.log.read_text() and 'exit code 2' in own.end_report()
