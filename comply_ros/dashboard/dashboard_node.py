@@ -86,6 +86,8 @@ class PageState(NamedTuple):
     time: float = 0.0  # of this state, by the steady clock
     start_time: float = 0.0  # of the dashboard
     other_mentors: int = 0  # that are heard, besides the one of the page
+    mentor_names: tuple[str, ...] = ('',)  # as `LessonNodes` has them
+    is_name_shared: bool = True  # so does this
     ended: dict[str, str] = {}  # of the nodes that the demo has started: how they ended, by name
     has_pictures: bool = False  # whether a node publishes pictures of its environment
     picture: str = ''  # the last of them, as `PictureReceiver.url`
@@ -160,6 +162,7 @@ class DashboardNode(SafeParameterNode):
         self._make_clients()
         self.processes: list[NodeProcess] = []  # started for the page, which tells if they end
         self._mentors, self.pictures = MentorsHeard(), PictureReceiver(self)
+        self._named_mentors: set[str] = set()  # whose policies it subscribes to
         self._subscribe_to_all()
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self)
@@ -184,12 +187,14 @@ class DashboardNode(SafeParameterNode):
                                              len(names) == 1 else None),
             {**self._nodes}, {**self._lesson_nodes.by_role},
             {role: each.current for role, each in self._remote_parameters.items()}, now,
-            self._start_time, self.other_mentors(), self._ended(), self.pictures.is_published,
+            self._start_time, self.other_mentors(), self._lesson_nodes.mentor_names,
+            self._lesson_nodes.is_name_shared, self._ended(), self.pictures.is_published,
             self.pictures.url)
 
     def mentor_publishers(self) -> int:
         """Return how many publishers of recommendations there are."""
-        return self.count_publishers(topics.RECOMMENDATION.name)
+        return self.count_publishers(topics.RECOMMENDATION.name) + len(
+            topics.mentors_found(self))
 
     def other_mentors(self) -> int:
         """
@@ -278,8 +283,9 @@ class DashboardNode(SafeParameterNode):
         for topic in (topics.STATE, topics.ACTION, topics.EPISODE):
             self._subscribe(topic, False, NEWEST)
         for topic in (topics.WORLD, topics.PROGRESS, topics.TRUST, topics.POLICY,
-                      topics.MENTOR_POLICY):
-            self._subscribe(topic, True, topic.qos)
+                      topics.MENTOR_POLICY, topics.DESCRIPTION):
+            self._subscribe(topic, True, topics.LATCHED if topic is topics.DESCRIPTION
+                            else topic.qos)
         self.create_subscription(DiagnosticArray, TOPIC, self._on_diagnostics, 10)
         self.create_subscription(ParameterEvent, '/parameter_events',
                                  self._on_parameter_event, 10)
@@ -327,6 +333,9 @@ class DashboardNode(SafeParameterNode):
     def _update_lesson_nodes(self, now: float) -> None:
         """Look for the nodes that take part in this lesson; forget others that are gone."""
         self._lesson_nodes.update(self.page_state.is_alive)
+        for name in topics.new_mentors(self, self._named_mentors):
+            topic = topics.topic_of_mentor(topics.MENTOR_POLICY, name)
+            self._subscribe(topic, True, topic.qos)
         self._make_clients()
         expected = self._expected_nodes()
         for name in [*self._nodes]:

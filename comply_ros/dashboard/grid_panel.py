@@ -8,15 +8,16 @@ from typing import Any
 
 from nicegui import events, ui
 import numpy as np
-from numpy.typing import NDArray
 
 from comply_ros.dashboard import grid_svg, state_svg
 from comply_ros.dashboard.dashboard_node import PageState, RunSnapshot
 from comply_ros.dashboard.header_bar import succeeds
+from comply_ros.dashboard.mentor_choice import MentorChoice
 from comply_ros.dashboard.mentor_thread import MentorThread
 from comply_ros.dashboard.page_scripts import POINTER, POINTER_EVENTS
 from comply_ros.dashboard.paint_tool import PaintTool
 from comply_ros.plots.state_layout import layout_of
+from comply_ros.protocol.state_maps import MentorReports
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
 
@@ -36,16 +37,24 @@ class GridPanel:
                 self._step_id = ui.label().classes('soft number grow ellipsis').props(
                     'data-testid=step-id')
             self._frame = ui.element('div').classes('w-full')
+            self._choice = MentorChoice()
             self._show_learner = ui.switch("learner's arrows").props(
                 'dense data-testid=learner-arrows')
-            with ui.row().classes('items-center gap-2 soft'):
+            self._make_legend()
+
+    def _make_legend(self) -> None:
+        """Make what tells the colors of one mentor's arrows, and the looks of those of several."""
+        with ui.row().classes('items-center gap-2 soft'):
+            with ui.row().classes('items-center gap-2') as self._scale:
                 ui.label("mentor's arrows: not trusted")
                 ui.element('div').classes('scale')
                 ui.label('trusted')
                 with ui.row().classes('items-center gap-2 no-wrap'):
                     ui.element('div').classes('dot')
                     ui.label('never visited')
-                self._note = ui.label()
+            self._of_several = ui.label("mentors' arrows: the fainter, the less they are trusted; "
+                                        'outlines where the learner was never')
+            self._note = ui.label()
 
     def show(self, state: PageState) -> None:
         """Show a state of the page."""
@@ -57,11 +66,22 @@ class GridPanel:
         msg = reports.observation
         self._step_id.text = f'episode {msg.episode}, step {msg.step}' if msg else ''
         waits = bool(self._thread and self._thread.mentor.steering and msg)
-        shown = {'mentor': (self._mentor_policy(run), reports.of_mentor().trust, reports.policy),
-                 'learner': (reports.policy if self._show_learner.value else None,),
-                 'robot': (msg and msg.state, waits)}
-        for layer, what in shown.items():
-            self._draw(layer, *what)
+        self._show_mentors(run)
+        self._draw('learner', 'learner', reports.policy if self._show_learner.value else None)
+        self._draw('robot', 'robot', msg and msg.state, waits)
+
+    def _show_mentors(self, run: RunSnapshot) -> None:
+        """Show the arrows of the mentor that is chosen, or of all."""
+        reports = run.reports
+        self._choice.show(reports)
+        known = {m: self._known_of(run, name) for m, name in self._choice.places.items()}
+        several = len(known) > 1
+        self._scale.visible, self._of_several.visible = not several, several
+        if several:
+            self._draw('mentor', 'mentors', known, reports.policy)
+        else:
+            (trust, policy, _), = known.values()
+            self._draw('mentor', 'mentor', policy, trust, reports.policy)
 
     def _make_picture(self, world: World) -> None:
         """Make the picture of a world, without arrows and robot."""
@@ -79,19 +99,21 @@ class GridPanel:
             f'--shape: {width / height:.4f}; --tall: {"55vh" if self._thread else "70vh"}')
         self._layers = {name: image.add_layer() for name in ('mentor', 'learner', 'robot')}
 
-    def _draw(self, layer: str, *shown: Any) -> None:
+    def _draw(self, layer: str, painter: str, *shown: Any) -> None:
         """Draw a layer if what it shows has changed; nothing where the first of it is None."""
         before = self._shown.get(layer)
-        if before is None or not all(a is b for a, b in zip(before, shown)):
-            self._shown[layer] = shown
-            self._layers[layer].content = '' if shown[0] is None else self._painters[layer](*shown)
+        if before is None or not is_same_picture(before, (painter, *shown)):
+            self._shown[layer] = painter, *shown
+            self._layers[layer].content = '' if shown[0] is None \
+                else self._painters[painter](*shown)
 
-    def _mentor_policy(self, run: RunSnapshot) -> NDArray[np.int8] | None:
-        """Return the mentor's policy; one that is painted here needs no way over a topic."""
-        painted = self._thread.mentor.policy if self._thread else None
+    def _known_of(self, run: RunSnapshot, name: str) -> MentorReports:
+        """Return what is known of a mentor; a policy that is painted here needs no topic."""
+        known, mentor = run.reports.of_mentor(name), self._thread and self._thread.mentor
+        painted = mentor.policy if mentor and mentor.machine.name == name else None
         if painted is not None and run.world and len(painted) == len(run.world.free):
-            return painted
-        return run.reports.of_mentor().policy
+            return known._replace(policy=painted)
+        return known
 
     async def _on_pointer(self, event: events.GenericEventArguments) -> None:
         world, tool, thread = self._world, self.paint_tool, self._thread
@@ -114,15 +136,27 @@ class GridPanel:
             await succeeds(asyncio.wrap_future(thread.call('paint', cells)))
 
 
+def is_same_picture(before: tuple[Any, ...], now: tuple[Any, ...]) -> bool:
+    """Tell whether what is shown are the same objects, of several mentors those known of each."""
+    def parts(shown: tuple[Any, ...]) -> list[Any]:
+        return [part for each in shown for part in (
+            [*each, *(array for known in each.values() for array in known[:2])]
+            if isinstance(each, dict) else [each])]
+    old, new = parts(before), parts(now)
+    return len(old) == len(new) and all(a is b for a, b in zip(old, new))
+
+
 def _picture_of(world: World) -> tuple[dict[str, Callable[..., str]], tuple[int, int], str]:
     """Return what draws each layer of a world, the size of its picture, and what never moves."""
     if world.model == 'grid':
         return ({'mentor': partial(grid_svg.mentor_arrows, world),
+                 'mentors': partial(grid_svg.arrows_of_mentors, world),
                  'learner': partial(grid_svg.learner_arrows, world),
                  'robot': partial(grid_svg.robot, world.grid)},
                 grid_svg.size(world.grid), grid_svg.cells(world))
     layout = layout_of(world)
     return ({'mentor': partial(state_svg.mentor_arrows, world, layout),
+             'mentors': partial(state_svg.arrows_of_mentors, world, layout),
              'learner': partial(state_svg.learner_arrows, world, layout),
              'robot': partial(state_svg.robot, layout)},
             state_svg.size(layout), state_svg.cells(world, layout))

@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """A grid as layers of SVG: cells, the mentor's arrows, the learner's arrows, and the robot."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
+from comply_ros.plots.mentor_marks import mentor_color, mentor_spots, opacity, Spot
 from comply_ros.plots.trust_colors import trust_color
+from comply_ros.protocol.state_maps import MentorReports
 from comply_ros.world.grid import Grid, NO_ACTION
 from comply_ros.world.mdp import World
 
@@ -101,6 +103,46 @@ def mentor_arrows(world: World, policy: NDArray[np.int8], trust: NDArray[np.floa
         f'fill="{trust_color(shade / SHADES)}"/>' for shade in np.unique(shades).tolist())
 
 
+def arrows_of_mentors(world: World, mentors: Mapping[int, MentorReports],
+                      learned: NDArray[np.int8] | None) -> str:
+    """
+    SVG of the arrows of several mentors, each in its own color and part of the cell.
+
+    An arrow is the fainter, the less the mentor is trusted there; only its outline is drawn in
+    states that the learner knows nothing of.
+
+    mentors: by place, which gives the color.
+    """
+    return '' if len(world.free) > MAX_CELLS else ''.join(
+        f'<g {look_of_mentor(m, spot)}>{_arrows_of(world, known, spot, learned)}</g>'
+        for spot, (m, known) in zip(mentor_spots(len(mentors)), mentors.items())
+        if known.policy is not None)
+
+
+def look_of_mentor(m: int, spot: Spot) -> str:
+    """Attributes of a group that has the color of mentor m, and whose cells are in a spot."""
+    return (f'color="{mentor_color(m)}" class="mentor" transform='
+            f'"translate({spot.right * CELL:g} {0.0 - spot.up * CELL:g}) scale({spot.size:g})"')
+
+
+def _arrows_of(world: World, known: MentorReports, spot: Spot,
+               learned: NDArray[np.int8] | None) -> str:
+    """SVG of the arrows of one of several mentors, in the scale of its spot."""
+    policy, trust = known.policy, known.trust
+    assert policy is not None
+    states = np.flatnonzero(world.free & (policy != NO_ACTION))
+    visited = visited_states(len(policy), trust, learned)[states]
+    outlines = _arrows(world.grid, states[~visited], policy, WIDE, spot.size)
+    paths = [f'<path d="{outlines}" class="never-visited"/>'] if outlines else []
+    if trust is not None:
+        states = states[visited]
+        shades = np.rint(trust[states] * SHADES)
+        for each in np.unique(shades).tolist():
+            arrows = _arrows(world.grid, states[shades == each], policy, WIDE, spot.size)
+            paths.append(f'<path d="{arrows}" opacity="{opacity(each / SHADES):.2f}"/>')
+    return ''.join(paths)
+
+
 def visited_states(n_states: int, trust: NDArray[np.float32] | None,
                    learned: NDArray[np.int8] | None) -> NDArray[np.bool_]:
     """Return in which states a trust is known: arguments as in `mentor_arrows`."""
@@ -130,6 +172,7 @@ def robot_at(x: int, y: int, waits: bool = False) -> str:
 
 
 def _arrows(grid: Grid, states: NDArray[np.intp], actions: NDArray[np.int8],
-            shapes: tuple[str, ...]) -> str:
-    return ''.join('M{} {}'.format(*middle(grid, s)) + shapes[a]
+            shapes: tuple[str, ...], scale: float = 1.0) -> str:
+    """Path of an arrow in each of the states, to be drawn in that scale."""
+    return ''.join('M{:g} {:g}'.format(*(each / scale for each in middle(grid, s))) + shapes[a]
                    for s, a in zip(states.tolist(), actions[states].tolist()))

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The header of the page: map, method, state of the run, and alarms of lost nodes."""
 
-from collections.abc import Awaitable
+from collections.abc import Awaitable, Sequence
 from typing import Any
 
 from nicegui import ui
@@ -53,7 +53,7 @@ class HeaderBar:
         mentors = state.other_mentors + (self._seat.thread is not None)
         self._alarm.text = alarm_text(state, mentors)
         self._watching.visible = (self._seat.can_take_over and self._seat.thread is None
-                                  and bool(state.other_mentors))
+                                  and bool(state.other_mentors) and state.mentor_names == ('',))
         self._start_again.visible = bool(state.ended)
         self._alarm.visible = bool(self._alarm.text)
 
@@ -79,12 +79,20 @@ def run_state_text(state: PageState) -> str:
 def alarm_text(state: PageState, mentors: int = 1) -> str:
     """Sentences on nodes that ended, are lost or missing, and on mentors; '' without any."""
     sentences = [f'{report}\n' for report in state.ended.values()]
-    if mentors > 1:
-        sentences.append(f'{mentors} mentors speak: the learner uses the advice of all, and the '
-                         'same options need not give the same bits. End all but one.')
+    if mentors > max(1, len(state.mentor_names)) and state.is_name_shared:
+        sentences.append(shared_name_text(mentors, state.mentor_names))
     sentences += [absence_text(state, role) for role in state.roles
                   if role not in state.ended and not state.is_here(role)]
     return ' '.join(filter(None, sentences))
+
+
+def shared_name_text(mentors: int, names: Sequence[str]) -> str:
+    """Sentence on more mentors than there are names of mentors."""
+    if tuple(names) == ('',):
+        return (f'{mentors} mentors speak: the learner uses the advice of all, and the same '
+                'options need not give the same bits. End all but one.')
+    return (f'{mentors} mentors share {len(names)} names: the learner cannot tell those of one '
+            'name apart. Give each a name of its own.')
 
 
 def absence_text(state: PageState, role: str) -> str:

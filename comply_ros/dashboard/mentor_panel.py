@@ -53,7 +53,7 @@ class MentorPanel:
         self._world = world = state.run.world
         self._tools.visible = self._help.visible = world is None or world.model == 'grid'
         self._steering_row.visible = world is None or bool(steering_actions(world))
-        self._trust.text = trust_text(state)
+        self._trust.text = trust_text(state, self._mentor.machine.name)
         if self._mentor.steering != self._shown_steering:
             self._shown_steering = self._steering.value = self._mentor.steering
             self._keys.props(f'{STEERING}={str(self._shown_steering).lower()}')
@@ -192,8 +192,8 @@ def steering_actions(world: World) -> dict[str, int]:
     return {key: names.index(name) for key, name in KEYS.items() if name in names}
 
 
-def trust_text(state: PageState) -> str:
+def trust_text(state: PageState, name: str = '') -> str:
     """Text of how far the learner trusted the mentor of the page in the last iteration."""
-    confidence = state.run.reports.confidence_in('')
+    confidence = state.run.reports.confidence_in(name)
     return 'no trust yet: no decision had advice' if confidence is None \
         else f'trust in you {confidence:.2f}'

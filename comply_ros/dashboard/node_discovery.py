@@ -65,6 +65,8 @@ class LessonNodes:
     ----------
     by_role: the node that has each role.
     names: of all nodes that publish on a topic of the lesson, and those of the executables.
+    mentor_names: under which recommendations are published; '' for the topic without a name.
+    is_name_shared: whether more than one mentor has one of these names.
 
     """
 
@@ -73,6 +75,8 @@ class LessonNodes:
         self.by_role = {name: LessonNode(name, node.resolve_topic_name(role.topics[0].name))
                         for name, role in ROLES.items()}
         self.names: set[str] = {*ROLES}
+        self.mentor_names: tuple[str, ...] = ('',)
+        self.is_name_shared = True
         self._mentors: set[str] = {MENTOR}
 
     def is_mentor(self, name: str) -> bool:
@@ -90,14 +94,33 @@ class LessonNodes:
         The node of a role is one that sends its status, and has the most topics of the role; else
         the node of before, and else that with the name of the executable.
         """
-        self.names, self._mentors = {*ROLES}, {MENTOR, *self._publishers(topics.RECOMMENDATION)}
+        self.names = {*ROLES}
+        self._update_mentors()
         for role_name, role in ROLES.items():
-            counts = Counter(name for topic in role.topics for name in self._publishers(topic))
+            counts = Counter(name for topic in self._topics_of(role)
+                             for name in self._publishers(topic))
             before = self.by_role[role_name]
             best = max([before.name, role_name, *counts], key=lambda name: (
                 is_alive(name), counts[name], name == before.name, name == role_name, name))
             self.by_role[role_name] = before._replace(name=best, is_publishing=counts[best] > 0)
             self.names |= {*counts, best}
+
+    def _update_mentors(self) -> None:
+        """Look for the mentors; while none has a name, who else publishes is told otherwise."""
+        named = topics.mentors_found(self._node)[:topics.MOST_MENTORS]
+        unnamed = self._node.count_publishers(topics.RECOMMENDATION.name)
+        self.mentor_names = (*named, '') if unnamed or not named else (*named,)
+        found = [topics.topic_of_mentor(topics.RECOMMENDATION, name) for name in named]
+        self.is_name_shared = not named or unnamed > 1 or any(
+            self._node.count_publishers(topic.name) > 1 for topic in found)
+        self._mentors = {MENTOR, *(name for topic in (topics.RECOMMENDATION, *found)
+                                   for name in self._publishers(topic))}
+
+    def _topics_of(self, role: Role) -> list[topics.Topic]:
+        """Return the topics of a role: those of a mentor for each name."""
+        return list(role.topics) if role is not ROLES[MENTOR] else [
+            topics.topic_of_mentor(topic, name) for topic in role.topics
+            for name in {*self.mentor_names, ''}]
 
     def local_name(self, full_name: str) -> str:
         """Name of a node: without the namespace if that is ours, else with it and a slash."""

@@ -62,6 +62,12 @@ body { background: var(--page); color: var(--ink); } .nicegui-content { padding:
            stroke-linejoin: round; }
 .halo { fill: none; stroke: var(--halo); stroke-width: 5.4; stroke-linecap: round;
         stroke-linejoin: round; opacity: 0.75; }
+.mentor { fill: currentColor; }
+.never-visited { fill: none; stroke: currentColor; stroke-width: 2; }
+.mentors { gap: 6px; } .mentor-name { max-width: 9rem; }
+.mentor-button { border: 1px solid var(--line); border-radius: 14px; padding: 1px 10px; }
+.mentor-button .q-btn__content { gap: 6px; color: var(--ink); }
+.mentor-button.chosen { border-color: var(--ink); background: var(--page); }
 .robot circle { fill: #6d3fc0; stroke: var(--halo); stroke-width: 2; }
 .robot .eye { fill: #ffffff; stroke: none; }
 .waits { fill: none; stroke: #6d3fc0; stroke-width: 3; animation: waits 0.8s infinite alternate; }

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A world that is no grid as layers of SVG: a cell for each state, with the advised action."""
 
+from collections.abc import Mapping
 from html import escape
 from math import atan2, degrees
 
@@ -9,8 +10,10 @@ from numpy.typing import NDArray
 
 from comply_ros.dashboard import grid_svg
 from comply_ros.dashboard.grid_svg import CELL, MAX_CELLS, MAX_STARTS, SHADES, THIN, WIDE
+from comply_ros.plots.mentor_marks import mentor_spots, opacity
 from comply_ros.plots.state_layout import DIRECTIONS, goals_of, sign, StateLayout
 from comply_ros.plots.trust_colors import trust_color
+from comply_ros.protocol.state_maps import MentorReports
 from comply_ros.world.grid import ACTION_NAMES, NO_ACTION, RIGHT
 from comply_ros.world.mdp import World
 
@@ -63,6 +66,25 @@ def mentor_arrows(world: World, layout: StateLayout, policy: NDArray[np.int8],
     return ''.join(marks)
 
 
+def arrows_of_mentors(world: World, layout: StateLayout, mentors: Mapping[int, MentorReports],
+                      learned: NDArray[np.int8] | None) -> str:
+    """SVG of the actions of several mentors, as `grid_svg.arrows_of_mentors` has them."""
+    if len(world.free) > MAX_CELLS:
+        return ''
+    groups = []
+    for spot, (m, known) in zip(mentor_spots(len(mentors)), mentors.items()):
+        policy, trust, marks = known.policy, known.trust, []
+        if policy is None:
+            continue
+        visited = grid_svg.visited_states(len(policy), trust, learned)
+        for s in np.flatnonzero(world.free & (policy != NO_ACTION)).tolist():
+            look = 'class="never-visited"' if trust is None or not visited[s] else \
+                f'opacity="{opacity(round(float(trust[s]) * SHADES) / SHADES):.2f}"'
+            marks.append(_mark(world, layout, s, int(policy[s]), WIDE, look, spot.size))
+        groups.append(f'<g {grid_svg.look_of_mentor(m, spot)}>{"".join(marks)}</g>')
+    return ''.join(groups)
+
+
 def learner_arrows(world: World, layout: StateLayout, policy: NDArray[np.int8]) -> str:
     """SVG of the learner's actions, thin and blue."""
     if len(world.free) > MAX_CELLS:
@@ -77,9 +99,9 @@ def robot(layout: StateLayout, s: int, waits: bool = False) -> str:
 
 
 def _mark(world: World, layout: StateLayout, s: int, action: int, shapes: tuple[str, ...],
-          look: str) -> str:
-    """SVG of an action in the cell of a state: an arrow, or its sign."""
-    x, y = middle(layout, s)
+          look: str, scale: float = 1.0) -> str:
+    """SVG of an action in the cell of a state, to be drawn in a scale: an arrow, or its sign."""
+    x, y = (f'{each / scale:g}' for each in middle(layout, s))
     name = world.action_names[action]
     if layout.is_map and name in ACTION_NAMES:
         return f'<path d="M{x} {y}{shapes[ACTION_NAMES.index(name)]}" {look}/>'
@@ -87,5 +109,5 @@ def _mark(world: World, layout: StateLayout, s: int, action: int, shapes: tuple[
         across, up = DIRECTIONS[name]
         turn = f'rotate({round(degrees(atan2(-up, across)))} {x} {y})'
         return f'<path d="M{x} {y}{shapes[RIGHT]}" transform="{turn}" {look}/>'
-    return (f'<text x="{x}" y="{y + 6}" text-anchor="middle" font-size="17" {look}>'
+    return (f'<text x="{x}" y="{y}" dy="6" text-anchor="middle" font-size="17" {look}>'
             f'{escape(sign(name))}</text>')

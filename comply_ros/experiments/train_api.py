@@ -193,7 +193,8 @@ class TrainingResult:
         """Return the map of the confidence as a figure; write it to a PNG if asked to."""
         from comply_ros.plots.training_plots import trust_map_figure
         return _written(trust_map_figure(self.world, self.advice, self.confidence,
-                                         self.learned.state.departures > 1.0, self.summary), path)
+                                         self.learned.state.departures > 1.0, self.summary,
+                                         self.learned.mentors), path)
 
     def save(self, folder: str | os.PathLike[str]) -> Path:
         """

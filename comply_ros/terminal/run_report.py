@@ -126,7 +126,8 @@ def draw_pictures(training: TrainingSpec, folder: Path, reference: AnyReturns,
             and outcomes[0]['digest'] is not None:
         with np.load(folder / 'learning.npz') as learned:
             plots[trust] = plot('draw_trust_map', trust, reference.world, advice,
-                                learned['confidence'], learned['departures'] > 1, summary)
+                                learned['confidence'], learned['departures'] > 1, summary,
+                                tuple(training.spec.by_name()))
     for path, done in plots.items():
         done.result()
         yield path

@@ -15,6 +15,7 @@ from short_training import children
 from waiting import DEADLINE, wait_until
 
 from comply_ros.nodes.topics import RECOMMENDATION
+from comply_ros.plots.mentor_marks import mentor_color
 
 RANDOM = ('-p', 'mentor:=random')
 
@@ -52,6 +53,29 @@ def test_the_page_watches_while_another_mentor_is_heard(client, tmp_path, chromi
         running['mentor'].interrupt()
         wait_until(lambda: '2 mentors' not in page.get_by_test_id('alarm').inner_text(),
                    'end of the alarm')
+
+
+def groups(page):
+    """Return the colors of the groups of arrows of several mentors."""
+    return page.evaluate("""() => [...document.querySelectorAll('.world g.mentor')].map(
+        each => each.getAttribute('color'))""")
+
+
+def test_each_of_several_mentors_has_its_arrows_and_can_be_chosen(domain, tmp_path, chromium):
+    with nodes(tmp_path / 'anna', mentor=('-p', 'mentor:=optimal', '-p', 'name:=anna')), \
+            nodes(tmp_path / 'bob', mentor=(*RANDOM, '-p', 'name:=bob')), \
+            running_dashboard(tmp_path, '-p', 'teach:=false') as (_, url):
+        page = open_page(chromium, url)
+        wait_for(page, 'mentors', r'(?s)all.*anna.*\d\.\d\d.*bob.*\d\.\d\d')
+        wait_until(lambda: groups(page) == [mentor_color(0), mentor_color(1)], 'arrows of both')
+        page.set_viewport_size({'width': 360, 'height': 740})
+        assert page.evaluate('document.documentElement.scrollWidth') == 360
+        page.get_by_test_id('mentor-bob').click()
+        wait_until(lambda: groups(page) == [], 'arrows of one')
+        assert page.get_by_test_id('mentor-bob').get_attribute('aria-pressed') == 'true'
+        page.get_by_test_id('all-mentors').click()
+        wait_until(lambda: len(groups(page)) == 2, 'arrows of both again')
+        assert not page.get_by_test_id('alarm').is_visible()
 
 
 def test_a_page_that_nobody_has_used_gives_way_to_a_mentor(client, tmp_path, chromium):

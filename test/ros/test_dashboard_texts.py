@@ -90,6 +90,27 @@ def test_trust_in_the_human_mentor_is_that_of_the_last_iteration():
     assert trust_text(page_state()) == 'no trust yet: no decision had advice'
 
 
+def test_trust_in_the_human_mentor_beside_others_is_that_in_its_own_name():
+    state = page_state(progress=PROGRESS)
+    for name, confidence in (('anna', 0.25), ('eva', 0.75)):
+        state.run.reports.add('progress', PROGRESS._replace(mentor=name, confidence=confidence))
+    assert trust_text(state, 'eva') == 'trust in you 0.75'
+    assert trust_text(state, 'max') == 'no trust yet: no decision had advice'
+
+
+@pytest.mark.parametrize('names, shared, alarm', [
+    (('',), True, '3 mentors speak: the learner uses the advice of all, and the same options need '
+     'not give the same bits. End all but one.'),
+    (('anna', 'bob', ''), False, ''), (('anna', 'bob', 'carl'), True, ''),
+    (('anna', 'bob'), False, ''),  # one of three has just ended
+    (('anna', 'bob'), True, '3 mentors share 2 names: the learner cannot tell those of one name '
+     'apart. Give each a name of its own.')])
+def test_mentors_with_a_name_each_are_no_cause_for_an_alarm(names, shared, alarm):
+    state = page_state(grid_world=0.5, mentor=0.5, learner=0.5)
+    state = state._replace(mentor_names=names, is_name_shared=shared)
+    assert alarm_text(state, mentors=3) == alarm
+
+
 def test_every_speed_has_its_place_on_the_slider_and_its_text():
     assert [nearest_speed(speed) for speed in SPEEDS] == list(range(len(SPEEDS)))
     assert SPEEDS[nearest_speed(300.0)] == 200.0

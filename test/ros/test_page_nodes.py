@@ -15,7 +15,7 @@ from comply_ros.dashboard.dashboard_node import DashboardNode, MAX_OTHER_NODES
 from comply_ros.dashboard.header_bar import alarm_text, run_state_text
 from comply_ros.dashboard.health_panel import health_text
 from comply_ros.dashboard.service_client import ServiceCallError
-from comply_ros.nodes.topics import ACTION, RECOMMENDATION, WORLD
+from comply_ros.nodes.topics import ACTION, RECOMMENDATION, topic_of_mentor, WORLD
 
 
 @pytest.fixture
@@ -80,6 +80,24 @@ def test_a_mentor_with_a_status_counts_once(dashboard):
                    'status')
         assert dashboard.page_state.other_mentors == 1
         mentor.destroy_node()
+
+
+def test_mentors_with_names_are_found_and_have_the_role_of_a_mentor(dashboard):
+    with ros_client() as client:
+        mentors = []
+        for name in ('anna', 'bob', 'bob'):
+            topic = topic_of_mentor(RECOMMENDATION, name)
+            mentors.append(rclpy.create_node(f'of_{len(mentors)}', context=client.context))
+            mentors[-1].create_publisher(topic.message, topic.name, topic.qos)
+        state = updated(dashboard, lambda state: state.is_name_shared
+                        and state.mentor_names == ('anna', 'bob') and state.other_mentors == 3,
+                        'three mentors')
+        assert state.roles['mentor'].is_publishing and dashboard.mentor_publishers() == 2
+        mentors.pop().destroy_node()
+        updated(dashboard, lambda state: not state.is_name_shared and state.other_mentors == 2,
+                'end of one')
+        for mentor in mentors:
+            mentor.destroy_node()
 
 
 def called(dashboard, call):

@@ -9,6 +9,8 @@ import pytest
 from tiny_worlds import grid
 
 from comply_ros.dashboard import grid_svg
+from comply_ros.plots.mentor_marks import mentor_color
+from comply_ros.protocol.state_maps import MentorReports
 from comply_ros.world.grid import NO_ACTION, RIGHT, UP
 from comply_ros.world.mdp import World
 
@@ -79,3 +81,22 @@ def test_no_arrows_are_drawn_in_a_map_where_nobody_could_see_them(monkeypatch, w
     policy = np.full(9, UP, dtype=np.int8)
     assert grid_svg.mentor_arrows(world, policy, None, None) == ''
     assert grid_svg.learner_arrows(world, policy) == ''
+
+
+def test_each_mentor_has_arrows_of_its_color_that_are_fainter_where_it_is_trusted_less(world):
+    policy, learned = np.full(9, NO_ACTION, dtype=np.int8), np.full(9, NO_ACTION)
+    policy[:2], learned[0] = RIGHT, RIGHT
+    trust = np.array([0.5, 0.5, 0, 0, 0, 0, 0, 0, 0], dtype=np.float32)
+    mentors = {0: MentorReports(trust, policy), 3: MentorReports(1.0 - trust, policy),
+               5: MentorReports(trust)}  # which has published no policy
+    anna, never, faint, bob, *_ = shapes(grid_svg.arrows_of_mentors(world, mentors, learned))
+    assert [anna.get('color'), bob.get('color')] == [mentor_color(0), mentor_color(3)]
+    assert anna.get('transform') == 'translate(-10 -10) scale(0.5)'
+    assert bob.get('transform') == 'translate(10 -10) scale(0.5)'
+    assert never.get('class') == 'never-visited'
+    assert never.get('d') == f'M120 200{grid_svg.WIDE[RIGHT]}'  # its cell is at (60, 100)
+    assert (faint.get('opacity'), faint.get('d')) == ('0.62', f'M40 200{grid_svg.WIDE[RIGHT]}')
+
+
+def test_without_any_policy_there_is_nothing_of_mentors(world):
+    assert grid_svg.arrows_of_mentors(world, {0: MentorReports(), 1: MentorReports()}, None) == ''

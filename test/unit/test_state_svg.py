@@ -10,7 +10,9 @@ from tiny_tables import machine
 
 from comply_ros.dashboard import state_svg
 from comply_ros.dashboard.grid_svg import THIN, WIDE
+from comply_ros.plots.mentor_marks import mentor_color
 from comply_ros.plots.state_layout import layout_of
+from comply_ros.protocol.state_maps import MentorReports
 from comply_ros.storage.map_files import read_map
 from comply_ros.world.grid import DOWN, NO_ACTION, RIGHT
 from comply_ros.world.mdp import World
@@ -63,6 +65,22 @@ def test_another_action_is_a_sign():
     text, = shapes(state_svg.mentor_arrows(
         world, layout_of(world), only(world, 0, 2), None, None))
     assert text.tag == 'text' and text.text == 'rep'
+
+
+def test_each_of_several_mentors_has_its_part_of_a_cell():
+    world, learned = World(machine()), np.array([0, 0, NO_ACTION])
+    trust = np.array([1.0, 0.0, 0.0])
+    mentors = {m: MentorReports(trust, only(world, m, 2)) for m in (0, 1)}
+    anna, first, bob, second = shapes(state_svg.arrows_of_mentors(
+        world, layout_of(world), mentors, learned))
+    assert [anna.get('color'), bob.get('color')] == [mentor_color(0), mentor_color(1)]
+    assert (anna.get('transform'), bob.get('transform')) == (
+        'translate(-10 0) scale(0.5)', 'translate(10 0) scale(0.5)')
+    assert [(each.text, each.get('opacity')) for each in (first, second)] == [
+        ('rep', '1.00'), ('rep', '0.25')]
+    unseen, = shapes(state_svg.arrows_of_mentors(
+        world, layout_of(world), {0: mentors[0], 1: MentorReports()}, None))[1:]
+    assert unseen.get('class') == 'never-visited'
 
 
 def test_a_diagonal_direction_is_a_turned_arrow():
