@@ -5,12 +5,12 @@ from dataclasses import replace
 import os
 import random
 
+from bar_grid_training import use_plain_kernels
 from mentors_network import MentorsNetwork, MortalLearnerNetwork
 import numpy as np
 import pytest
 
 from comply_ros.experiments.stepped_training import SteppedTraining
-from comply_ros.learner import training
 from comply_ros.learner.presets import METHODS
 from comply_ros.learner.training import Training
 from comply_ros.mentor.advice_budget import AdviceBudget
@@ -71,8 +71,14 @@ def stepped(config):
     return learning, [learning.iterate() for _ in range(config.iterations)]
 
 
-@pytest.mark.parametrize('name', [  # with a model, to compile takes twice as long
-    pytest.param(name, marks=pytest.mark.long) if name == 'model_based' else name
+def compiles_more(name):
+    """Tell whether a method has a model or a planner: its kernels have types of their own."""
+    kernel_config = METHODS['published'][name].for_kernels(4)
+    return bool(kernel_config.has_model or kernel_config.has_planner)
+
+
+@pytest.mark.parametrize('name', [
+    pytest.param(name, marks=pytest.mark.long) if compiles_more(name) else name
     for name in METHODS['published']])
 def test_several_mentors_give_the_same_bits_compiled_and_plain_and_in_any_order(
         monkeypatch, name):
@@ -86,7 +92,7 @@ def test_several_mentors_give_the_same_bits_compiled_and_plain_and_in_any_order(
         assert_reports(network.reports, results)
     if config.needs_mentor():
         assert network.learner.advice().tolist() == advice
-    monkeypatch.setattr(training, 'specialized', lambda kernel, *arguments: kernel)
+    use_plain_kernels(monkeypatch)
     for plain, plain_results in (trained(config), stepped(config)):
         assert plain.state.digest() == digest and plain.advice.tolist() == advice
         assert repr(plain_results) == repr(results)
