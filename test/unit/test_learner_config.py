@@ -49,8 +49,9 @@ def test_kernels_get_every_field_as_a_number():
     config = find_method('explicit', 'report')
     kernel_config = config.for_kernels(4)
     assert TRUSTS[kernel_config.trust] == 'explicit'
-    assert all(isinstance(value, (bool, int, float)) for value in kernel_config[:-3])
-    assert len(kernel_config.actions) == 4
+    assert all(isinstance(value, (bool, int, float)) for value in kernel_config[:len(names)])
+    assert (len(kernel_config.actions), len(kernel_config.mentors)) == (4, 1)
+    assert len(config.for_kernels(4, 3).mentors) == 3
     for name in names:
         value = getattr(kernel_config, name)
         assert name in ('trust', 'planner') or value == getattr(config, name)
