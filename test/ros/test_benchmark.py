@@ -25,10 +25,11 @@ from tools.benchmarks.interleave import Bench, BenchmarkError, ratios, Row
 from tools.benchmarks.map_scaling import room, write_advice, write_room
 from tools.benchmarks.processes import measure, ROOT, wait_until
 from tools.benchmarks.report import as_json, cells, machine
+from tools.benchmarks.robots import count_steps, Load, load_rows, processor_seconds
 from tools.benchmarks.step_times import loop_speed, StepTimes, TIMES_FILE, WARM_FILE
 
 SECTIONS = {'loop': 11, 'choices': 4, 'engine': len(METHODS['published']) + 1, 'growth': 9,
-            'start': 6, 'where': 55}  # rows that there are at least
+            'start': 6, 'where': 55, 'robots': 6}  # rows that there are at least
 
 
 class NoBar:
@@ -71,6 +72,27 @@ def test_ctrl_c_ends_the_benchmark_and_the_nodes_that_it_started(tmp_path, domai
     assert process.communicate(timeout=DEADLINE)[1].endswith('benchmark: interrupted\n')
     assert process.returncode == 130
     wait_until(lambda: not any(Path(f'/proc/{pid}').exists() for pid in started), 'end of all')
+
+
+def test_the_load_of_several_robots_is_that_of_all_in_the_same_time():
+    rows = list(load_rows({1: [Load(2000.0, 1.5)], 2: [Load(3000.0, 1.8)]}))
+    assert [(row.name, row.values) for row in rows] == [
+        ('one robot: steps per second in all', [2000.0]),
+        ('one robot: processors in use', [1.5]),
+        ('one robot: processor time of a step, microseconds', [750.0]),
+        ('2 robots: steps per second in all', [3000.0]),
+        ('2 robots: processors in use', [1.8]),
+        ('2 robots: processor time of a step, microseconds', [600.0])]
+    times = np.array([-10, 20, 30, 40, -50, 60])  # two starts of an episode, and four steps
+    assert count_steps(times, 20, 60) == 3
+
+
+def test_processor_time_is_that_of_a_process_with_its_threads():
+    before = processor_seconds([os.getpid()])
+    while processor_seconds([os.getpid()]) < before + 0.05:
+        sum(range(10_000))
+    used = sum(os.times()[:2])
+    assert abs(processor_seconds([os.getpid()]) - used) < 0.05
 
 
 def test_candidates_that_are_numbers_are_shown_as_text(tmp_path):

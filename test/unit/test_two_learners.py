@@ -2,6 +2,8 @@
 """Two learners that teach each other: whose advice they have, the same bits, what it is worth."""
 
 from dataclasses import replace
+from pathlib import Path
+import runpy
 
 import numpy as np
 from tiny_worlds import corridor
@@ -13,6 +15,7 @@ from comply_ros.storage.map_files import read_map
 from comply_ros.world.grid import NO_ACTION, RIGHT
 from comply_ros.world.mdp import World
 
+EXAMPLE = Path(__file__).parents[2] / 'examples' / 'two_learners.py'
 PI_REUSE = find_method('pi_reuse', 'published')
 
 
@@ -58,3 +61,10 @@ def test_in_maze_both_collect_more_than_alone_and_end_better():
                        for learners in (alone, together))
     assert (together.sum(axis=1) > alone.sum(axis=1)).all()
     assert together[:, -50:].mean() > alone[:, -50:].mean()
+
+
+def test_the_example_prints_how_each_ends_with_the_other_and_alone(capsys):
+    runpy.run_path(str(EXAMPLE))['main']('pi_reuse', iterations=2, seeds=(5, 6))
+    lines = capsys.readouterr().out.splitlines()
+    assert [line[:7] for line in lines] == ['seed 5:', 'seed 6:']
+    assert all(' alone -' in line and ', with the other one -' in line for line in lines)

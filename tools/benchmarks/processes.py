@@ -53,12 +53,16 @@ def write_parameters(folder: Path, world: Mapping[str, Any] | None = None,
 
 
 @contextmanager
-def running(folder: Path, members: Members,
-            parameters: Path | None = None) -> Generator[list[subprocess.Popen]]:
-    """Run a loop, the world first; its processes end with the block."""
+def running(folder: Path, members: Members, parameters: Path | None = None,
+            namespace: str = '') -> Generator[list[subprocess.Popen]]:
+    """
+    Run a loop, the world first; its processes end with the block.
+
+    namespace: of one of several loops, with a slash before it.
+    """
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
-    arguments = ['--ros-args', '-r', f'__ns:=/benchmark_{os.getpid()}']
+    arguments = ['--ros-args', '-r', f'__ns:=/benchmark_{os.getpid()}{namespace}']
     if parameters:
         arguments += ['--params-file', str(parameters)]
     environment = {**os.environ, 'PYTHONPATH': f'{ROOT}:{os.environ.get("PYTHONPATH", "")}'}
