@@ -122,12 +122,14 @@ def apply_advice_prior(s: int, advice: Advice, config: KernelConfig, state: Lear
             if state.visits[s, advice[m]] == 1.0:
                 state.q[s, advice[m]] += state.belief[row, LISTEN]
             state.belief[row, LISTEN] = 0.0
-            state.advice_seen[m] += 1.0
-            if state.q[s, advice[m]] == max_q_except(s, -1, state.q, config.actions):
-                state.advice_agreed[m] += 1.0
         elif advice[m] >= 0 and config.learns_prior and state.belief[row, IN_POOL] == 0.0:
             state.belief[row, LISTEN], state.belief[row, DISCARD] = pooled_belief(
                 m, config, state)
+    for m in range(len(config.mentors)):
+        if advice[m] >= 0 and config.trust == HEAD_START:
+            state.advice_seen[m] += 1.0
+            if state.q[s, advice[m]] == max_q_except(s, -1, state.q, config.actions):
+                state.advice_agreed[m] += 1.0
 
 
 @kernel
