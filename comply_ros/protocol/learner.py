@@ -349,7 +349,7 @@ class Learner:
             result.mean_return, result.confidence, result.temperature, agent.finished)
         reports = (progress, *(
             progress._replace(confidence=confidence, mentor=name)
-            for name, confidence in zip(self.mentors, result.confidences)))
+            for name, confidence in zip(self.mentors, result.confidences) if name))
         self.reports.extend(reports)
         if not agent.finished:
             return (action, *reports)

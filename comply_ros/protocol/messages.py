@@ -140,7 +140,7 @@ class Progress(NamedTuple):
     """
     The result of an iteration; `confidence` is nan where no decision had advice.
 
-    With several mentors, one for all of them, then one with the name of each.
+    With several mentors, one for all of them, then one with the name of each that has one.
     """
 
     run: int
