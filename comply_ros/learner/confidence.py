@@ -65,19 +65,21 @@ def most_trusted_mentor(s: int, advice: Advice, step: int, config: KernelConfig,
 
     The one with the highest confidence; of several, the one with the best record where records
     are kept, then the one whose advice has the highest action value, then that with the most
-    mentors behind it, then the first. With several mentors, `state.confidences` changes.
+    mentors behind it, then the first. In a majority vote, only those with the most mentors behind
+    them count. With several mentors, `state.confidences` changes.
     """
     if len(config.mentors) == 1:
         return (0, confidence(s, 0, advice, step, config, state)) if advice[0] >= 0 else (-1, 0.0)
-    chosen, highest = -1, 0.0
+    chosen, highest, most = -1, 0.0, 0
     for m in range(len(config.mentors)):
         state.confidences[m] = 0.0
         if advice[m] >= 0:
             p = confidence(s, m, advice, step, config, state)
             state.confidences[m] = p
-            if chosen < 0 or p > highest or (
-                    p == highest and _ranks_above(s, m, chosen, advice, config, state)):
-                chosen, highest = m, p
+            votes = count_votes(advice[m], advice, config) if config.follows_majority else 0
+            if chosen < 0 or votes > most or votes == most and (p > highest or (
+                    p == highest and _ranks_above(s, m, chosen, advice, config, state))):
+                chosen, highest, most = m, p, votes
     return chosen, highest
 
 

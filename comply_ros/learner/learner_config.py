@@ -115,6 +115,9 @@ class LearnerConfig:
         '(track_record)', choices=TRUSTS)
     excludes_refused: bool = _field(
         False, 'An action that was recommended and not followed is excluded from the choice (3.2)')
+    follows_majority: bool = _field(
+        False, 'Of several mentors, one of those counts whose advice most of them give (majority '
+        'vote), not the one with the highest confidence')
     confidence: float = _field(
         0.9, 'First confidence p of scheduled trust (3.2), or how often advice is right in '
         'policy shaping', 0, 1, trusts=('scheduled', 'shaping'))

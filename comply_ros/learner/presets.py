@@ -87,6 +87,8 @@ _TEXTBOOK = LearnerConfig(  # of Sutton and Barto (2018), example 6.6: 500 episo
 _PLANNING = LearnerConfig(  # the theory of R-MAX and MBIE-EB needs a discount below 1
     off_policy=True, untried_value=1.0, discount=0.99, iterations=399)
 BASELINES = {
+    # The constant method of the report, where the majority of several mentors counts.
+    'majority_vote': replace(PUBLISHED['constant'], follows_majority=True),
     # Probabilistic policy reuse: follow with psi nu^h in step h of an episode, else explore
     # (Fernandez and Veloso, AAMAS 2006, pi-reuse; psi 1, nu 0.95 as there).
     'pi_reuse': replace(_ALONE, trust='scheduled', confidence=1.0, reuse_factor=0.95),

@@ -5,12 +5,17 @@ import math
 
 import numpy as np
 import pytest
-from tiny_worlds import Bench, room
+from tiny_worlds import advised, Bench, room
 
 from comply_ros.learner import confidence
-from comply_ros.learner.confidence import confidence_map, listen_temperature, sigmoid
+from comply_ros.learner.confidence import (
+    confidence_map,
+    listen_temperature,
+    most_trusted_mentor,
+    sigmoid,
+)
 from comply_ros.learner.presets import listening_lead
-from comply_ros.world.grid import DOWN, RIGHT, UP
+from comply_ros.world.grid import DOWN, LEFT, RIGHT, UP
 
 
 def test_scheduled_trust_is_the_same_everywhere(as_run):  # (3.2), (3.6)
@@ -89,6 +94,32 @@ def test_a_jump_start_guides_the_first_steps(as_run, stage, step, p):  # 40 step
     bench = Bench(room(), trust='jump_start', guided_steps=40, guided_stages=4)
     bench.state.guided_stage[0] = stage
     assert bench.confidence(as_run, step=step) == p
+
+
+@pytest.mark.parametrize('follows_majority, advice, mentor', [
+    (False, (LEFT, RIGHT, RIGHT, UP), 0),  # the highest value
+    (True, (LEFT, RIGHT, RIGHT, UP), 1),   # two votes against one; of the two, the first
+    (True, (LEFT, RIGHT, RIGHT, LEFT), 0),  # two against two: the highest value
+    (True, (UP, LEFT, RIGHT, RIGHT), 2),
+    (True, (-1, UP, -1, RIGHT), 3),        # those without advice have no vote
+    (True, (-1, -1, -1, -1), -1)])
+def test_in_a_majority_vote_the_advice_with_the_most_votes_counts(
+        as_run, follows_majority, advice, mentor):
+    bench = Bench(room(), 4, trust='scheduled', confidence=0.7, follows_majority=follows_majority)
+    bench.state.q[4] = [3.0, 2.0, 0.0, 1.0]  # left, right, down, up
+    assert as_run(most_trusted_mentor)(
+        4, advised(*advice), 0, bench.kernel_config, bench.state) == (
+            mentor, 0.7 if mentor >= 0 else 0.0)
+
+
+def test_within_a_majority_the_highest_confidence_counts(as_run):
+    bench = Bench(room(), 4, trust='beta', follows_majority=True)  # 8 and 2, so 0.8
+    bench.state.belief[2 * 9 + 4, 0] = 18.0  # 18 / 20
+    bench.state.belief[3 * 9 + 4, 0] = 38.0  # 38 / 40, but alone
+    found = as_run(most_trusted_mentor)(
+        4, advised(RIGHT, RIGHT, RIGHT, LEFT), 0, bench.kernel_config, bench.state)
+    assert found == (2, 0.9)
+    assert bench.state.confidences.tolist() == [0.8, 0.8, 0.9, 0.95]
 
 
 def test_a_confidence_map_has_the_confidence_of_every_state():
