@@ -19,7 +19,7 @@ NAV2_FILES = 'nav2', 'image'  # keys: a map file can name one of Nav2, and that 
 
 _lock = Lock()
 
-MENTOR_FILE = 'mentor:'  # before the name of a mentor that is from a file
+MENTOR = 'mentor'  # the field of `Run`; of several, with a colon and the name behind it
 
 
 class ShippingError(ValueError):
@@ -52,7 +52,7 @@ class ShippedFile(NamedTuple):
 
 
 def files_of(run: Run) -> dict[str, NamedFile]:
-    """Return the files of a run: its map, and each mentor, with its name behind `mentor:`."""
+    """Return the files of a run: `map`, `mentor`, or `mentor:NAME` of each of several."""
     files: dict[str, NamedFile] = {}
     scheme, target, _ = parse_map_name(run.map)
     if scheme == NAV2:
@@ -62,8 +62,12 @@ def files_of(run: Run) -> dict[str, NamedFile]:
     for name, text in split_mentors(run.mentor).items():
         spec = parse_mentor_spec(text)
         if spec.kind in FROM_FILES:
-            files[f'{MENTOR_FILE}{name}'] = NamedFile(spec.value)
+            files[_mentor_key(name)] = NamedFile(spec.value)
     return files
+
+
+def _mentor_key(name: str) -> str:
+    return f'{MENTOR}:{name}' if name else MENTOR
 
 
 def read_file(file: NamedFile) -> ShippedFile:
@@ -104,7 +108,7 @@ def unpack(run: Run, files: dict[str, ShippedFile], world: str) -> Run:
         paths['map'] = f'{NAV2}:{paths["map"]}{question}{arguments}'
     mentors = split_mentors(run.mentor)
     for name, text in mentors.items():
-        if path := paths.pop(f'{MENTOR_FILE}{name}', None):
+        if path := paths.pop(_mentor_key(name), None):
             spec = parse_mentor_spec(text)
             share = '' if spec.coverage == 1.0 else f'@{spec.coverage!r}'
             mentors[name] = f'{spec.kind}:{path}{share}'

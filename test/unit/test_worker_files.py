@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Files of a run on another machine: with all that they name, and nothing of this machine."""
 
+from pathlib import Path
+
 from PIL import Image
 import pytest
 
@@ -67,3 +69,16 @@ def test_a_world_that_is_another_one_there_is_rejected(folder):
     run = Run('mine.yaml')
     with pytest.raises(ShippingError, match="map 'mine.yaml' must be the same on all machines"):
         unpack(run, shipped(run), 64 * '0')
+
+
+def test_each_of_several_mentors_from_files_is_shipped(folder):
+    (folder / 'a.txt').write_text('first')
+    (folder / 'b.txt').write_text('second')
+    run = Run('mine.yaml', mentor='anna=file:a.txt + random + file:b.txt@0.5')
+    assert list(files_of(run)) == ['map', 'mentor:anna', 'mentor:b']
+    there = unpack(run, shipped(run), world_of(run))
+    anna, random, b = there.mentor.split(' + ')
+    assert random == 'random=random' and b.endswith('@0.5')
+    for text, name, content in ((anna, 'anna', 'first'), (b.removesuffix('@0.5'), 'b', 'second')):
+        assert text.startswith(f'{name}=file:')
+        assert Path(text.partition('file:')[2]).read_text() == content
