@@ -15,7 +15,8 @@ use_kernel_cache()
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-@pytest.fixture(params=['plain', 'compiled'])
+# test_training.py has the compiled step of every row: each kernel alone is for the long run.
+@pytest.fixture(params=['plain', pytest.param('compiled', marks=pytest.mark.long)])
 def as_run(request):
     """Return a function that gives a kernel as it runs in a callback, and in a compiled loop."""
     return called_compiled if request.param == 'compiled' else lambda kernel: kernel
@@ -31,13 +32,14 @@ def called_compiled(kernel):
 
 def pytest_collection_modifyitems(items):
     """
-    Order the tests so that of two processes, one compiles the kernels with a model.
+    Order the tests so that of two processes, one compiles the kernels with a model or a planner.
 
     `--dist worksteal` gives each process one half. Those kernels have types of their own, so they
     share no code with the others, which the first process compiles; what it has compiled is in
     the cache when the second one needs it.
     """
-    names = 'model_based', 'test_outcome_model', 'test_track_record'
+    names = ('model_based', 'test_outcome_model', 'test_track_record', 'prioritized_sweeping',
+             'r_max', 'mbie_eb', 'psrl', 'test_planned_values')
     of_model = [item for item in items if any(name in item.nodeid for name in names)]
     moved = set(of_model)
     others = [item for item in items if item not in moved]

@@ -12,7 +12,7 @@ import pytest
 import comply_ros
 from comply_ros.experiments import train
 from comply_ros.experiments.stepped_training import SteppedTraining, training_in
-from comply_ros.learner.presets import find_method
+from comply_ros.learner.presets import find_method, METHODS
 from comply_ros.learner.training import Training
 from comply_ros.mentor.advice_budget import AdviceBudget, MentorError
 from comply_ros.protocol.world_moves import ModelMoves
@@ -41,9 +41,9 @@ def both(name, profile, budget=0, when='early', seed=3):
             for each in trainings]
 
 
-@pytest.mark.parametrize('profile, name', [  # with a model, to compile takes twice as long
-    pytest.param(*preset, marks=pytest.mark.long) if preset[1] == 'model_based' else preset
-    for preset in PRESETS])
+@pytest.mark.parametrize('profile, name', [  # with a model, to compile takes longer
+    pytest.param(profile, name, marks=pytest.mark.long) if METHODS[profile][name].learns_model
+    or METHODS[profile][name].planner != 'none' else (profile, name) for profile, name in PRESETS])
 def test_a_plain_loop_gives_the_bits_of_the_compiled_one(profile, name):
     compiled, stepped = both(name, profile)
     assert stepped == compiled
