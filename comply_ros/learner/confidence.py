@@ -21,8 +21,9 @@ from comply_ros.learner.learner_config import (
 )
 from comply_ros.learner.learner_state import Advice, DISCARD, IN_POOL, LearnerState, LISTEN
 from comply_ros.learner.model_exploration import following_probability
+from comply_ros.learner.policy_shaping import policy_shaping_confidence
 from comply_ros.learner.track_record import hear_advice
-from comply_ros.numerics.action_values import count_actions, count_untried, max_q_except
+from comply_ros.numerics.action_values import count_untried, max_q_except
 from comply_ros.numerics.jit import kernel
 
 
@@ -87,7 +88,8 @@ def most_trusted_mentor(s: int, advice: Advice, step: int, config: KernelConfig,
 def _ranks_above(s: int, m: int, other: int, advice: Advice, config: KernelConfig,
                  state: LearnerState) -> bool:
     """Whether mentor m counts before another one in which the confidence is the same."""
-    if config.trust == HEAD_START or config.trust == TRACK_RECORD:
+    if (config.trust == HEAD_START or config.trust == TRACK_RECORD
+            or len(config.has_estimates) > 0):
         here = state.advice_agreed[m] / state.advice_seen[m]
         there = state.advice_agreed[other] / state.advice_seen[other]
         if here != there:
@@ -164,43 +166,6 @@ def policy_reuse_confidence(p: float, step: int, config: KernelConfig) -> float:
     if config.reuse_factor == 1.0:
         return p
     return p * math.pow(config.reuse_factor, float(step))  # compiled, an int power has other bits
-
-
-@kernel
-def policy_shaping_confidence(s: int, a: int, advice: Advice, config: KernelConfig,
-                              state: LearnerState) -> float:
-    """
-    Probability of action a where advice multiplies the softmax (2.24) (preset `policy_shaping`).
-
-    The share C of right advice, the scheduled confidence, makes the odds of an advised action
-    C / (1 - C) times as high, for each mentor that recommends it.
-    """
-    best, others = max_q_except(s, -1, state.q, config.actions), 0.0
-    if len(config.mentors) == 1:
-        consistency, temperature = state.scheduled_confidence[0], state.temperature[0]
-        for b in range(count_actions(config.actions)):
-            if b != a:
-                others += math.exp((state.q[s, b] - best) / temperature)
-        right = consistency * math.exp((state.q[s, a] - best) / temperature)
-        wrong = (1.0 - consistency) * others
-        return right / (right + wrong) if right > 0.0 else 0.0
-    for b in range(count_actions(config.actions)):
-        if b != a:
-            others += shaped_weight(s, b, best, advice, config, state)
-    mine = shaped_weight(s, a, best, advice, config, state)
-    return mine / (mine + others) if mine > 0.0 else 0.0
-
-
-@kernel
-def shaped_weight(s: int, a: int, best: float, advice: Advice, config: KernelConfig,
-                  state: LearnerState) -> float:
-    """Weight of action a in state s: that of the softmax (2.24), shaped by all advice."""
-    consistency = state.scheduled_confidence[0]
-    weight = math.exp((state.q[s, a] - best) / state.temperature[0])
-    for m in range(len(config.mentors)):
-        if advice[m] >= 0:
-            weight *= consistency if advice[m] == a else 1.0 - consistency
-    return weight
 
 
 @kernel

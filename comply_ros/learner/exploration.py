@@ -6,11 +6,11 @@ import math
 from comply_ros.learner.confidence import (
     exploration_probability,
     most_trusted_mentor,
-    shaped_weight,
 )
 from comply_ros.learner.learner_config import HEAD_START, KernelConfig, NO_TRUST, SHAPING
 from comply_ros.learner.learner_state import Advice, Array, LearnerState
 from comply_ros.learner.model_exploration import model_action
+from comply_ros.learner.policy_shaping import shaped_weight
 from comply_ros.numerics.action_values import (
     Actions,
     count_actions,

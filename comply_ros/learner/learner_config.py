@@ -123,6 +123,10 @@ class LearnerConfig:
         'policy shaping', 0, 1, trusts=('scheduled', 'shaping'))
     confidence_factor: float = _field(1.0, 'Factor on p after each iteration (3.6)', 0, 1,
                                       trusts=('scheduled', 'shaping'))
+    estimates_consistency: bool = _field(
+        False, 'Policy shaping: how often advice of a mentor is right is not given by confidence, '
+        'but estimated from the action values and from what the others advise',
+        trusts=('shaping',))
     reuse_factor: float = _field(
         1.0, 'Factor on p of scheduled trust after each step of an episode (pi-reuse)', 0, 1,
         trusts=('scheduled',))
@@ -228,19 +232,25 @@ class LearnerConfig:
 
         n_actions: of the world; the field `actions` has it, see `actions_for_kernels`. The field
             `has_model` has one element with a model and none without, `has_planner` with a
-            planner, and `mentors` one for each mentor: lengths that the compiler knows, so that
-            each has machine code of its own.
+            planner, `has_estimates` where the consistency of mentors is estimated, and `mentors`
+            one for each mentor: lengths that the compiler knows, so that each has machine code of
+            its own.
         """
         values = {name: getattr(self, name) for name in CONFIG_FIELDS}
         values |= {'trust': TRUSTS.index(self.trust), 'planner': PLANNERS.index(self.planner)}
         return KernelConfig(**values, actions=actions_for_kernels(n_actions),
                             has_model=(1,) if self.learns_model else (),
                             has_planner=(1,) if self.planner != 'none' else (),
+                            has_estimates=(1,) if self.shapes_by_estimates() else (),
                             mentors=n_mentors * (1,))
 
     def needs_mentor(self) -> bool:
         """Tell whether a decision waits for a recommendation."""
         return self.learns and self.trust != 'none'
+
+    def shapes_by_estimates(self) -> bool:
+        """Tell whether advice is weighed by the estimated consistency of each mentor."""
+        return self.trust == 'shaping' and self.estimates_consistency
 
     def uses(self, name: str) -> bool:
         """Tell whether the trust that is set depends on a field."""
@@ -256,7 +266,7 @@ class LearnerConfig:
 
 CONFIG_FIELDS = {each.name: each for each in fields(LearnerConfig)}
 KernelConfig: Any = namedtuple('KernelConfig', (
-    *CONFIG_FIELDS, 'actions', 'has_model', 'has_planner', 'mentors'))
+    *CONFIG_FIELDS, 'actions', 'has_model', 'has_planner', 'has_estimates', 'mentors'))
 TYPES = {'bool': bool, 'int': int, 'float': float, 'str': str}  # as the fields are annotated
 PARSERS: dict[type, Callable[[str], Any]] = {
     bool: lambda text: {'true': True, 'false': False}[text.lower()], int: read_integer,

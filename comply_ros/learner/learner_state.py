@@ -48,7 +48,7 @@ class LearnerState(NamedTuple):
     guided_stage: how many times a jump start was shortened.
     best_return: the best mean return of an iteration.
     advice_agreed, advice_seen: how often the advice was the best action, of how many times; of
-        each mentor.
+        each mentor. Both begin with 1.
     pool_size, pool_listen, pool_discard: number of beliefs in the pool of the prior, and sums; of
         each mentor.
     confidences: `confidences[m]` in each of several mentors at the last decision.
@@ -67,7 +67,8 @@ class LearnerState(NamedTuple):
     queue: int64: where the first state that waits for a backup is, and how many wait; then a ring
         of states. With a planner: how many wait, then a heap of states, see `promote`.
     queued: int64: `queued[s]`, 1 if the state waits; with a planner, its place in the heap or 0.
-    workspace: what the last backup knew of each action.
+    workspace: what the last backup knew of each action; or the weight of each action in the last
+        estimate of how consistent mentors are.
     priority: `priority[s]` of a state that waits, with a planner.
     sampled: `sampled[s, a, k]`, the probability of outcome k in the model that PSRL has drawn; the
         last one is that of an outcome not seen yet.
@@ -190,6 +191,8 @@ def _later_arrays(states: int, n_actions: int, config: LearnerConfig,
         arrays['priority'] = np.zeros(states)
     if config.planner == 'psrl':
         arrays['sampled'] = np.zeros((states, n_actions, OUTCOMES + 1))
+    if config.shapes_by_estimates():
+        arrays['workspace'] = np.zeros((n_actions, 1))
     if n_mentors > 1:
         arrays['confidences'] = np.zeros(n_mentors)
     return arrays

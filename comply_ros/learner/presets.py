@@ -95,6 +95,10 @@ BASELINES = {
     # Advise: the advice is right with consistency C, and multiplies the softmax by the odds of
     # that (Griffith et al., Policy Shaping, NIPS 2013, C 0.9).
     'policy_shaping': replace(_ALONE, trust='shaping', confidence=0.9, excludes_refused=True),
+    # Advise with an estimated consistency of each trainer (Yamagata et al., Reinforcement Learning
+    # with Feedback from Multiple Humans with Diverse Skills, 2021, arXiv 2111.08596).
+    'policy_shaping_estimated': replace(
+        _ALONE, trust='shaping', estimates_consistency=True, excludes_refused=True),
     # Jump-start RL: the mentor guides the first steps of every episode, in stages fewer
     # (Uchendu et al., Jump-Start Reinforcement Learning, ICML 2023, arXiv 2022, the curriculum).
     'jump_start': replace(_ALONE, trust='jump_start'),

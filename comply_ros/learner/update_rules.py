@@ -9,6 +9,7 @@ from comply_ros.learner.exploration import expected_value
 from comply_ros.learner.learner_config import BETA, EXPLICIT, KernelConfig
 from comply_ros.learner.learner_state import Advice, LearnerState
 from comply_ros.learner.outcome_model import learn_outcome
+from comply_ros.learner.policy_shaping import record_consistency
 from comply_ros.learner.prioritized_sweeping import learn_and_sweep
 from comply_ros.learner.usual_outcome import backup, mark_visited, record_outcome
 from comply_ros.numerics.action_values import count_actions, max_q_except, NOTHING
@@ -21,7 +22,8 @@ def learn(s: int, a: int, r: float, s2: int, a2: int, done: bool, advice: Advice
     """
     Change all arrays by one transition: SARSA (2.15), Q-learning (2.17), compliance (3.3).
 
-    With a model, see `learn_outcome`; with a planner, `learn_and_sweep`.
+    With a model, see `learn_outcome`; with a planner, `learn_and_sweep`; where the consistency of
+    mentors is estimated, `record_consistency`.
 
     Parameters
     ----------
@@ -40,6 +42,8 @@ def learn(s: int, a: int, r: float, s2: int, a2: int, done: bool, advice: Advice
     if config.doubles:
         learn_double(s, a, r, s2, done, u < 0.5, config, state)
         return
+    if len(config.has_estimates) > 0:
+        record_consistency(s, advice, config, state)
     q, visits = state.q, state.visits
     target, trace_factor = r, 1.0
     if not done:

@@ -64,30 +64,6 @@ def test_policy_reuse_fades_within_an_episode(as_run):  # 0.8 * 0.5^3
     assert [bench.confidence(as_run, step=step) for step in (0, 1, 3)] == [0.8, 0.4, 0.1]
 
 
-def test_policy_shaping_multiplies_the_softmax_by_the_odds_of_right_advice(as_run):
-    # q (1, 2, -inf, 0), temperature 0.5: weights e^-2, 1, 0, e^-4 = 0.1353353, 1, 0, 0.0183156.
-    # RIGHT: 0.9 * 1 / (0.9 * 1 + 0.1 * 0.1536509);
-    # UP: 0.9 * 0.0183156 / (0.9 * 0.0183156 + 0.1 * 1.1353353)
-    bench = Bench(room(), trust='shaping', confidence=0.9, temperature=0.5)
-    bench.state.q[4] = [1.0, 2.0, -np.inf, 0.0]
-    assert bench.confidence(as_run, advice=RIGHT) == pytest.approx(0.9832143, abs=1e-6)
-    assert bench.confidence(as_run, advice=UP) == pytest.approx(0.1267834, abs=1e-7)
-
-
-def test_policy_shaping_never_divides_0_by_0(as_run):
-    bench = Bench(room(), trust='shaping', confidence=1.0, temperature=1e-9)
-    bench.state.q[4] = [1.0, 2.0, -np.inf, 0.0]
-    assert bench.confidence(as_run, advice=UP) == 0.0
-
-
-def test_advice_that_is_right_half_of_the_time_leaves_the_softmax_as_it_is(as_run):
-    """With consistency 1/2, following or not is the same draw as the softmax's own."""
-    bench = Bench(room(), trust='shaping', confidence=0.5, temperature=0.5, excludes_refused=True)
-    bench.state.q[4] = [1.0, 2.0, 1.5, 0.0]
-    weights = np.exp(bench.state.q[4] / 0.5)
-    assert bench.confidence(as_run, advice=UP) == pytest.approx(weights[UP] / weights.sum())
-
-
 @pytest.mark.parametrize('stage, step, p', [
     (0, 39, 1.0), (0, 40, 0.0), (1, 29, 1.0), (1, 30, 0.0), (4, 0, 0.0), (9, 0, 0.0)])
 def test_a_jump_start_guides_the_first_steps(as_run, stage, step, p):  # 40 steps in 4 stages
@@ -138,6 +114,7 @@ def test_where_trust_depends_on_the_advice_the_confidence_without_advice_is_0():
 @pytest.mark.parametrize('settings', [
     {'trust': 'none'}, {'trust': 'scheduled', 'confidence': 0.7}, {'trust': 'beta'},
     {'trust': 'explicit', 'trust_rate': 0.1}, {'trust': 'shaping', 'confidence': 0.9},
+    {'trust': 'shaping', 'estimates_consistency': True},
     {'trust': 'beta', 'learns_prior': True}, {'trust': 'jump_start'}, {'trust': 'head_start'},
     {'trust': 'track_record', 'learns_model': True}],
     ids=str)

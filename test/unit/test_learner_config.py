@@ -26,7 +26,7 @@ OTHER_VALUES = {
     'advice_slack': 1.0, 'trust_rate': 0.3, 'trust_rate_factor': 0.5, 'sign_only': True,
     'bounded_belief': True, 'updates_both': False, 'listen_temperature': 2.0,
     'listen_temperature_exponent': 0.1, 'guided_steps': 2, 'guided_stages': 1,
-    'guided_tolerance': 0.0}
+    'guided_tolerance': 0.0, 'estimates_consistency': True}
 NOISE = {'advice_slack': 0.2}  # of the mentor, where a perfect one shows no difference
 
 
@@ -45,7 +45,8 @@ def with_trust(trust):
 def test_kernels_get_every_field_as_a_number():
     names = tuple(each.name for each in fields(LearnerConfig))
     assert tuple(CONFIG_FIELDS) == names
-    assert KernelConfig._fields == (*names, 'actions', 'has_model', 'has_planner', 'mentors')
+    assert KernelConfig._fields == (*names, 'actions', 'has_model', 'has_planner', 'has_estimates',
+                                    'mentors')
     config = find_method('explicit', 'report')
     kernel_config = config.for_kernels(4)
     assert TRUSTS[kernel_config.trust] == 'explicit'

@@ -69,7 +69,8 @@ def test_every_array_counts_in_the_digest(name):
 @pytest.mark.parametrize(('settings', 'used'), [
     ({}, ()), ({'doubles': True, 'off_policy': True}, ('half_difference',)),
     ({'learns_model': True}, OF_A_MODEL), ({'planner': 'r_max'}, OF_A_PLANNER[:-1]),
-    ({'planner': 'psrl'}, OF_A_PLANNER)], ids=str)
+    ({'planner': 'psrl'}, OF_A_PLANNER),
+    ({'trust': 'shaping', 'estimates_consistency': True}, ('workspace',))], ids=str)
 def test_an_array_that_the_settings_do_not_use_has_no_elements(settings, used):
     state = Bench(corridor(), **settings).state
     assert {name for name in LATER_ARRAYS if getattr(state, name).size} == set(used)
