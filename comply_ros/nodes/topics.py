@@ -52,7 +52,9 @@ class Topic(NamedTuple):
 def _topic(name: str, qos: QoSProfile) -> Topic:
     tuple_type = messages.TOPIC_TYPES[name]
     message = getattr(msg, tuple_type.__name__)
-    return Topic(name, message, tuple_type, qos, cdr.layout(message) is not None)
+    # rclpy converts the actions of all states at once, as an array.
+    raw = tuple_type is not messages.Policy and cdr.layout(message) is not None
+    return Topic(name, message, tuple_type, qos, raw)
 
 
 WORLD = _topic('world', LATCHED)
@@ -103,8 +105,8 @@ def mentors_found(node: Node) -> list[str]:
 
 
 def new_mentors(node: Node, known: set[str]) -> list[str]:
-    """Return the names of mentors that are found and were not known, which are known then."""
-    found = [name for name in mentors_found(node) if name not in known]
+    """Return the names that are found of mentors, and were not known; they are known then."""
+    found = [name for name in mentors_found(node) if name and name not in known]
     found = found[:max(0, MOST_MENTORS - len(known))]
     known.update(found)
     return found

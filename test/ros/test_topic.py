@@ -11,6 +11,7 @@ from ros_domain import own_domain
 from waiting import DEADLINE, wait_until
 import yaml
 
+from comply_ros.protocol.messages import PROTOCOL
 from comply_ros.storage.map_files import read_map
 
 
@@ -48,7 +49,7 @@ def test_echo_shows_latched_messages_as_yaml():
     msg, = (each for each in yaml.safe_load_all(done.stdout) if each)
     grid = read_map('bar_grid', 'published')
     assert (msg['grid']['rows'], msg['sha256']) == (list(grid.rows), grid.sha256)
-    assert msg['starts'] == list(grid.starts) and msg['protocol'] == 2
+    assert msg['starts'] == list(grid.starts) and msg['protocol'] == PROTOCOL
     assert msg['header']['frame_id'] == '' and msg['header']['stamp']['sec'] > 10 ** 9
 
 
