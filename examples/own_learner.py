@@ -19,7 +19,8 @@ advice, q = {}, defaultdict(float)
 def on_world(msg):
     """Follow the first world, and the same one after a reset (rules P8 and P9)."""
     global world, answer, expected
-    if msg.protocol == 2 and (not world or msg.replaces == world.run):
+    known = msg.protocol == WorldDescription.PROTOCOL
+    if known and (not world or msg.replaces == world.run):
         world, answer, expected = msg, None, (1, 0)
 
 

@@ -62,6 +62,10 @@ def run_command(parser: argparse.ArgumentParser, argv: Sequence[str]) -> int:
         return 1
     except (KeyboardInterrupt, ExternalShutdownException):
         return 0
+    except RuntimeError:  # of rclpy, where Ctrl-C has come in the middle of a spin
+        if rclpy.ok():
+            raise
+        return 0
     finally:
         rclpy.try_shutdown()
 

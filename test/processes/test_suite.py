@@ -8,6 +8,7 @@ import pytest
 from comply_ros.experiments import reproduce, suite
 from comply_ros.experiments.suite_runs import SuiteWorld
 
+pytestmark = pytest.mark.long  # it compiles code for three kinds of worlds
 SHORT = (('iterations', 4), ('episodes', 2))
 WORLDS = [SuiteWorld('bar_grid', False, SHORT), SuiteWorld('garnet:0', True, SHORT)]
 
