@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The SROS2 policies: each grants exactly what its running node uses."""
 
-from fnmatch import fnmatchcase
 from pathlib import Path
 import subprocess
 import sys
@@ -70,12 +69,9 @@ def differences(node, namespace, names=NODES):
     found = {}
     for name in names:
         allowed = granted(name, namespace)
-        patterns = {each for each in allowed if '*' in each[1]}  # of mentors with a name
-        seen = {each for each in used(node, OTHERS.get(name, name), namespace)
-                if not any(each[0] == verb and fnmatchcase(each[1], pattern)
-                           for verb, pattern in patterns)}
-        if allowed - patterns != seen:
-            found[name] = {'not used': allowed - patterns - seen, 'not granted': seen - allowed}
+        seen = used(node, OTHERS.get(name, name), namespace)
+        if allowed != seen:
+            found[name] = {'not used': allowed - seen, 'not granted': seen - allowed}
     return found
 
 
