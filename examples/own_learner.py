@@ -19,8 +19,7 @@ advice, q = {}, defaultdict(float)
 def on_world(msg):
     """Follow the first world, and the same one after a reset (rules P8 and P9)."""
     global world, answer, expected
-    known = msg.protocol == WorldDescription.PROTOCOL
-    if known and (not world or msg.replaces == world.run):
+    if msg.protocol == msg.PROTOCOL and (not world or msg.replaces == world.run):
         world, answer, expected = msg, None, (1, 0)
 
 
