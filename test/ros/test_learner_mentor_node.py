@@ -20,6 +20,7 @@ MENTOR = ('-p', 'mentor:=learner:/other')
 OTHER_POLICY = POLICY._replace(name='/other/policy')
 
 
+@pytest.mark.long
 def test_the_newest_policy_of_a_learner_that_dies_and_comes_back_is_the_advice(tmp_path):
     with ros_client() as client, nodes(tmp_path, grid_world=WORLD, mentor=MENTOR, learner=TAUGHT):
         client.subscribe(ACTION, MENTOR_POLICY, OTHER_POLICY)

@@ -61,6 +61,7 @@ def test_a_lesson_is_recorded_replayed_and_plotted(tmp_path):
         'episode_lengths.png', 'learning_curve.png', 'trust_map.png']
 
 
+@pytest.mark.long
 def test_a_lesson_with_several_mentors_is_recorded_and_replayed(tmp_path):
     bag, names = tmp_path / 'bag', ('anna', 'bob')
     with ExitStack() as stack:
