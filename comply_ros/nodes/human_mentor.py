@@ -13,13 +13,9 @@ from numpy.typing import NDArray
 
 from comply_ros.mentor.mentor_policies import MentorError, spoiled_policy
 from comply_ros.mentor.policy_validation import PolicyError
+from comply_ros.nodes.background import in_background
 from comply_ros.nodes.clocks import PaceClock, steady_timer
-from comply_ros.nodes.mentor import (
-    advertise_mentor,
-    declare_name,
-    in_background,
-    policy_message,
-)
+from comply_ros.nodes.mentor import advertise_mentor, declare_name, policy_message
 from comply_ros.nodes.parameters import PATIENCE, STATE_DIR
 from comply_ros.nodes.protocol_node import ProtocolNode
 from comply_ros.nodes.topics import STATE, WORLD

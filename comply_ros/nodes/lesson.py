@@ -151,7 +151,7 @@ def _monitor(options: TrainingOptions, stop: StopFlag) -> tuple[RunMonitor, Trai
 
 
 def _start_and_watch(options, monitor, discovered, stop, disturbance):
-    from comply_ros.nodes.mentor import in_background  # these load while the nodes load
+    from comply_ros.nodes.background import in_background  # these load while the nodes load
     from comply_ros.terminal.console import iteration_status, progress_bar
     plan = in_background(reference_returns, World(options.source))
     executor = SingleThreadedExecutor()

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from functools import partial
 import hashlib
-from threading import Thread
 from typing import Any
 
 from comply_msgs.srv import Recommend
@@ -20,6 +19,7 @@ from comply_ros.mentor.mentor_policies import (
 )
 from comply_ros.mentor.policy_validation import PolicyError
 from comply_ros.mentor.several_mentors import MentorNameError, validate_mentor_names
+from comply_ros.nodes.background import in_background
 from comply_ros.nodes.clocks import steady_timer
 from comply_ros.nodes.parameters import (
     ADVISING,
@@ -208,19 +208,6 @@ def policy_message(machine: Mentor) -> Policy:
     description = machine.tracker.description
     assert description is not None and machine.policy is not None
     return Policy(description.run, array('h', machine.policy))
-
-
-def in_background(function: Callable[..., Any], *arguments: Any) -> Future[Any]:
-    """Return the `Future` of a call in a thread that does not keep the process alive."""
-    future: Future[Any] = Future()
-
-    def call() -> None:
-        try:
-            future.set_result(function(*arguments))
-        except Exception as error:  # noqa: BLE001 - the caller of `result` gets it
-            future.set_exception(error)
-    Thread(target=call, daemon=True).start()
-    return future
 
 
 def main(argv: list[str]) -> int:
