@@ -10,6 +10,7 @@ from comply_ros.learner.agent import Agent, IterationResult
 from comply_ros.learner.learner_config import LearnerConfig
 from comply_ros.learner.learner_state import LearnerState
 from comply_ros.learner.learning_result import Learned
+from comply_ros.learner.step_kernels import compiled_kernels
 from comply_ros.learner.training import Mentors, mentors_by_name, Training
 from comply_ros.mentor.advice_budget import AdviceBudget
 from comply_ros.protocol.world_moves import Moves
@@ -48,6 +49,8 @@ class SteppedTraining:
         named = mentors_by_name(world, mentors)
         self.agent = Agent(config, seed, initial, tuple(named))
         self.agent.start(world)
+        if self.agent.step_types:
+            self.agent.use_kernels(compiled_kernels(self.agent.kernel_config, self.agent.state))
         self.advice = self.agent.earlier_advice.copy()
         self._moves, self._mentors, self._episode = moves, tuple(named.values()), 0
         self._silence = len(named) * (NO_ACTION,)

@@ -22,10 +22,9 @@ from comply_ros.learner.learner_state import (
     ONE_MENTOR,
 )
 from comply_ros.learner.learning_result import begin_from, Learned, learned_by
-from comply_ros.learner.learning_step import choose_and_learn
 from comply_ros.learner.reconfigure import changed_state
+from comply_ros.learner.step_kernels import PLAIN, step_types, StepKernels
 from comply_ros.learner.update_rules import decay_schedules
-from comply_ros.learner.usual_outcome import finish_episode
 from comply_ros.numerics.jit import kernel, plain_view
 from comply_ros.numerics.rng import random_streams, UniformRows
 from comply_ros.numerics.summation import mean_in_order
@@ -107,6 +106,7 @@ class Agent:
     draws: the random numbers of its decisions, a row for each observation.
     state: what it has learned; set by `start`.
     kernel_config: the settings as kernels take them.
+    step_types: what machine code of its steps depends on; None where plain Python is as good.
     steps, iterations_done: so far.
     finished: True when all iterations are done.
 
@@ -119,6 +119,7 @@ class Agent:
         self.config, self.initial, self._seed = config, initial, seed
         self.mentors = tuple(mentors)
         self.draws = UniformRows(random_streams(seed)[1], DRAWS)
+        self._offered = PLAIN
         self.forget_last_action()
 
     @property
@@ -182,7 +183,7 @@ class Agent:
         """
         before = self.config
         if before.learns and not config.learns:
-            finish_episode(self.kernel_config, self._views)  # no later one shall change a value
+            self._end_traces()  # no later episode shall change a value
             learned = self.learned(advice)
             self._act_by(learned.policy, learned.confidence)
         self.config = config
@@ -212,10 +213,10 @@ class Agent:
         """
         u_listen, u_act = self.draws.row()
         follows = step > 0 and self._last_action != NO_ACTION
-        a, p, m = choose_and_learn(
+        a, p, m = self._kernels.choose_and_learn(
             self.learns, self._last_state, self._last_action if follows else NO_ACTION,
             self._last_advice, reward, s, step, terminated, advice, u_listen, u_act,
-            self.kernel_config, self._views, self._policy_view)
+            self.kernel_config, self._arrays, self._policy_view)
         if m >= 0:
             count_confidences(p, advice, self._confidences, self.kernel_config, self._views)
         if follows:
@@ -289,9 +290,23 @@ class Agent:
         if not self.config.learns:
             self._act_by(arrays['policy'], arrays['policy_confidence'])
 
+    def use_kernels(self, kernels: StepKernels) -> None:
+        """Step with these kernels from now on, while they fit; the bits are the same."""
+        self._offered = kernels
+        fits = kernels.types is not None and kernels.types == self.step_types
+        self._kernels = kernels if fits else PLAIN
+        self._arrays = self.state if fits else self._views
+
+    @property
+    def runs_machine_code(self) -> bool:
+        """Whether its kernels are machine code, and not plain Python."""
+        return self._kernels is not PLAIN
+
     def _use(self, state: LearnerState) -> None:
         self.state, self._views = state, state.views()
         self.kernel_config = self.config.for_kernels(self._world.n_actions, len(self.mentors))
+        self.step_types = step_types(self.kernel_config, state)
+        self.use_kernels(self._offered)
 
     def _act_by(self, policy: NDArray[Any], confidence: NDArray[np.float64]) -> None:
         """Act by `policy[s]`, made with this confidence, while it does not learn."""
@@ -309,11 +324,14 @@ class Agent:
 
     def _abandon_episode(self) -> None:
         """End what led here; unless this is the start of an episode, it does not count."""
-        finish_episode(self.kernel_config, self._views)
+        self._end_traces()
         self._whole_episode, self._return = False, 0.0
 
+    def _end_traces(self) -> None:
+        self._kernels.finish_episode(self.kernel_config, self._arrays)
+
     def _finish_episode(self) -> IterationResult | None:
-        finish_episode(self.kernel_config, self._views)
+        self._end_traces()
         if self._whole_episode:
             self._returns.append(self._return)
         if len(self._returns) < self.config.episodes:

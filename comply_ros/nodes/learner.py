@@ -37,6 +37,7 @@ from comply_ros.nodes.parameters import (
 from comply_ros.nodes.protocol_node import ProtocolNode
 from comply_ros.nodes.publish_throttle import CostThrottle
 from comply_ros.nodes.spin import run_node
+from comply_ros.nodes.step_compiler import StepCompiler
 from comply_ros.nodes.topics import (
     ACTION,
     ANOTHER,
@@ -100,6 +101,7 @@ class LearnerNode(ProtocolNode):
         self._heard: list[str] = []  # names of the mentors whose topics it subscribes to
         self._ends, self._finished_ticks = self.declare(END_WHEN_FINISHED), 0
         self._timeout_timer: PaceTimer | None = None
+        self._step_compiler = StepCompiler(self.get_logger())
         # `learns` first: where it differs, so does the default of `iterations`.
         self._load({'method': name, 'learns': config.learns, **asdict(config), 'seed': seed,
                     'remembers_advice': remembers, 'mentors': mentors})
@@ -155,6 +157,8 @@ class LearnerNode(ProtocolNode):
         if self.machine.config.needs_mentor():
             self._find_mentors()
             self._leave_silent_mentors()
+        if self.machine.tracker.world is not None and not self.machine.finished:
+            self._step_compiler.tick(self.machine.agent)
         return self._in_its_world(super().tick)
 
     def _find_mentors(self) -> None:

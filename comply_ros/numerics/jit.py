@@ -3,6 +3,7 @@
 
 from collections.abc import Callable
 from functools import cache
+from importlib.util import find_spec
 from pickle import UnpicklingError
 from types import FunctionType
 from typing import Any, Protocol, TypeVar
@@ -13,6 +14,7 @@ KERNELS: dict[str, Callable[..., Any]] = {}
 CALLED: dict[Callable[..., Any], tuple[str, Any]] = {}
 # No code that counts references, and none for callers in C: there are none of either.
 WITHOUT: Any = {'_nrt': False, 'no_cfunc_wrapper': True}
+COMPILER_LIBRARY = 'libllvmlite'  # what compiles and loads machine code, which does not call it
 SPOILED = EOFError, ImportError, OSError, ValueError, UnpicklingError  # what a bad cache raises
 
 
@@ -125,6 +127,32 @@ def specialized(entry: Callable[..., Any], *arguments: Any) -> Callable[..., Any
     except SPOILED:
         forget()
         return _overload(compiled(entry), arguments)
+
+
+def cached(entry: Callable[..., Any], *arguments: Any) -> Callable[..., Any] | None:
+    """
+    Return what `specialized` returns if that is in the cache; None where it must be compiled.
+
+    Another thread may call it.
+    """
+    function: Any = compiled(entry)
+    if not hasattr(function, 'overloads'):
+        return None
+    from numba import typeof
+    from numba.core.compiler_lock import global_compiler_lock
+    try:
+        with global_compiler_lock:
+            found = function._cache.load_overload(tuple(map(typeof, arguments)),
+                                                  function.targetctx)
+    except SPOILED:
+        forget()
+        return None
+    return found.entry_point if found else None
+
+
+def can_cache() -> bool:
+    """Tell whether what is compiled is kept: there is a compiler, and a place."""
+    return find_spec('numba') is not None and bool(_caches and _caches[0].folder())
 
 
 def _overload(function: Any, arguments: tuple[Any, ...]) -> Callable[..., Any]:

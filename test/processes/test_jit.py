@@ -114,6 +114,18 @@ def test_the_next_process_uses_the_compiled_code_and_compiles_again_where_it_is_
         assert all(path.stat().st_size > len(content) for path in files())
 
 
+def test_what_is_not_in_the_cache_is_not_compiled_to_be_loaded(tmp_path, monkeypatch):
+    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path))
+    program = (f'{WITH_CACHE}; from comply_ros.numerics.jit import cached, specialized;'
+               'from comply_ros.learner.confidence import sigmoid;'
+               'found = cached(sigmoid, 1.0); print(found and found(1.0));'
+               'print(specialized(sigmoid, 1.0)(1.0))')
+    first, second = (subprocess.run([sys.executable, '-c', program], check=True,
+                                    capture_output=True, text=True).stdout.split()
+                     for _ in range(2))
+    assert (first[0], first[1]) == ('None', second[0])
+
+
 @pytest.mark.long
 def test_a_cache_that_cannot_be_written_is_no_reason_to_stop(tmp_path, monkeypatch):
     (tmp_path / 'comply_ros').write_text('a file where a folder should be')

@@ -307,13 +307,13 @@ def test_a_learner_whose_journal_lost_its_end_continues_and_learns_no_wrong_step
     policy = noisy_policy(World(ROOM), 0.3, random_streams(8)[0])
     config = replace(find_method(name, 'published'), episodes=2, iterations=4,
                      measuring_iterations=0)
-    learned, choose_and_learn = [], agent.choose_and_learn
+    learned, plain = [], agent.PLAIN
 
     def record(learns, s, a, advice, r, s2, *rest):
         if learns and a != NO_ACTION:
             learned.append((s, a, r, s2))
-        return choose_and_learn(learns, s, a, advice, r, s2, *rest)
-    monkeypatch.setattr(agent, 'choose_and_learn', record)
+        return plain.choose_and_learn(learns, s, a, advice, r, s2, *rest)
+    monkeypatch.setattr(agent, 'PLAIN', plain._replace(choose_and_learn=record))
     mortal = network(0.0, config, ROOM, policy, SEED, random.Random(lost))
     for _ in range(300):
         if mortal.on_the_way:
