@@ -29,7 +29,8 @@ from tools.benchmarks.robots import count_steps, Load, load_rows, processor_seco
 from tools.benchmarks.step_times import loop_speed, StepTimes, TIMES_FILE, WARM_FILE
 
 SECTIONS = {'loop': 11, 'choices': 4, 'engine': len(METHODS['published']) + 1, 'growth': 9,
-            'start': 6, 'where': 55, 'robots': 6}  # rows that there are at least
+            'start': 6, 'where': 55, 'robots': 6,
+            'model': 8}  # rows that there are at least
 
 
 class NoBar:

@@ -14,7 +14,15 @@ from comply_ros.terminal.command_line import CommandParser, whole_number
 from comply_ros.terminal.console import console, progress_bar
 from comply_ros.terminal.standard_output import standard_output
 from comply_ros.terminal.training_options import guarded
-from tools.benchmarks import in_process, map_scaling, profile, robots, ros_loop, startup
+from tools.benchmarks import (
+    in_process,
+    map_scaling,
+    model_steps,
+    profile,
+    robots,
+    ros_loop,
+    startup,
+)
 from tools.benchmarks.interleave import Bench, BenchmarkError
 from tools.benchmarks.report import as_json, machine, result_table
 
@@ -22,7 +30,7 @@ SECTIONS = {'loop': ros_loop.measure_loop, 'choices': ros_loop.measure_choices,
             'engine': in_process.measure_engine, 'growth': map_scaling.measure_growth,
             'start': startup.measure_start}
 ON_DEMAND = {'setup': startup.measure_setup, 'where': profile.measure_parts,
-             'robots': robots.measure_robots}
+             'robots': robots.measure_robots, 'model': model_steps.measure_model}
 ROUNDS = 5
 
 
@@ -33,7 +41,8 @@ def parser() -> argparse.ArgumentParser:
     add = parser.add_argument
     add('--only', nargs='+', metavar='SECTION', choices=[*SECTIONS, *ON_DEMAND],
         default=list(SECTIONS), help=f'some of {", ".join(SECTIONS)}; on demand only: setup (of '
-        'a fresh clone, minutes), where (a profile of the loop) and robots (1 to 8 of them)')
+        'a fresh clone, minutes), where (a profile of the loop), robots (1 to 8 of them) and '
+        'model (steps of a learner with a model)')
     add('--rounds', type=whole_number, default=ROUNDS, metavar='N', help='(default: %(default)s)')
     add('--quick', action='store_true',
         help='show only that everything works: the numbers mean nothing')

@@ -15,8 +15,10 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 
 from comply_ros.nodes import publish_throttle, spin, topics
+from comply_ros.nodes.step_compiler import StepCompiler
 from comply_ros.protocol.messages import StateReward
 from comply_ros.protocol.world import WorldMachine
+from comply_ros.storage.kernel_cache import use_kernel_cache
 from comply_ros.terminal.interrupts import end_with_parent, interrupts
 from tools.benchmarks.callback_timer import CallbackTimer, ReactionTimer
 from tools.benchmarks.empty_ring import SPIN_TIMEOUT
@@ -44,8 +46,14 @@ def use_unthrottled_maps() -> None:
     setattr(publish_throttle, 'TIMES', 0)
 
 
+def use_plain_steps() -> None:
+    """Step a learner with a model in plain Python to the end."""
+    setattr(StepCompiler, 'tick', lambda compiler, agent: None)
+
+
+PLAIN_STEPS = 'plain_steps'
 VARIANTS = {'default_executor': use_default_executor, 'best_effort': use_best_effort,
-            'unthrottled_maps': use_unthrottled_maps}
+            'unthrottled_maps': use_unthrottled_maps, PLAIN_STEPS: use_plain_steps}
 TIMED, REACTION = 'timed', 'reaction'
 TIMERS = {TIMED: CallbackTimer, REACTION: ReactionTimer}  # variants that write times of callbacks
 
@@ -81,6 +89,7 @@ def main(argv: Sequence[str]) -> int:
     """
     _, parent, folder, selection, *arguments = argv
     end_with_parent(int(parent))
+    use_kernel_cache()
     names, *variants = selection.split(',')
     for variant in set(variants) & set(VARIANTS):
         VARIANTS[variant]()
