@@ -22,6 +22,7 @@ from comply_ros.learner.learner_state import (
     ONE_MENTOR,
 )
 from comply_ros.learner.learning_result import begin_from, Learned, learned_by
+from comply_ros.learner.mentor_choice import record_return
 from comply_ros.learner.reconfigure import changed_state
 from comply_ros.learner.step_kernels import PLAIN, step_types, StepKernels
 from comply_ros.learner.update_rules import decay_schedules
@@ -334,6 +335,8 @@ class Agent:
         self._end_traces()
         if self._whole_episode:
             self._returns.append(self._return)
+            if self.learns and len(self.kernel_config.has_bandit) > 0:
+                record_return(self._return, self.kernel_config, self._views)
         if len(self._returns) < self.config.episodes:
             return None
         result = self.finish_iteration(self._returns, self._confidences, self._iteration_steps)

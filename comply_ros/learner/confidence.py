@@ -15,6 +15,7 @@ from comply_ros.learner.learner_config import (
     JUMP_START,
     KernelConfig,
     LearnerConfig,
+    RETURNS,
     SCHEDULED,
     SHAPING,
     TRACK_RECORD,
@@ -48,6 +49,8 @@ def confidence(s: int, m: int, advice: Advice, step: int, config: KernelConfig,
         return policy_shaping_confidence(s, advice[m], advice, config, state)
     if config.trust == JUMP_START:
         return 1.0 if step < guided_steps(state.guided_stage[0], config) else 0.0
+    if config.trust == RETURNS:
+        return 1.0 if m == state.followed_mentor[0] else 0.0
     if config.trust == HEAD_START and (
             state.q[s, advice[m]] == max_q_except(s, -1, state.q, config.actions)):
         if count_untried(s, state.q, state.visits, config.actions) > 0:

@@ -12,9 +12,9 @@ from comply_ros.numerics.action_values import actions_for_kernels
 from comply_ros.numerics.number_text import read_integer, read_number
 
 TRUSTS = ('none', 'scheduled', 'beta', 'explicit', 'shaping', 'jump_start', 'head_start',
-          'track_record')
+          'track_record', 'returns')
 (NO_TRUST, SCHEDULED, BETA, EXPLICIT, SHAPING, JUMP_START, HEAD_START,
- TRACK_RECORD) = range(len(TRUSTS))
+ TRACK_RECORD, RETURNS) = range(len(TRUSTS))
 
 PLANNERS = 'none', 'prioritized_sweeping', 'r_max', 'mbie_eb', 'psrl'
 NO_PLANNER, PRIORITIZED_SWEEPING, R_MAX, MBIE_EB, PSRL = range(len(PLANNERS))
@@ -111,8 +111,9 @@ class LearnerConfig:
         'none', 'How the confidence in the mentor is computed: none, by a schedule (3.6), by a '
         'Beta belief (3.7), from the values of listening and discarding (3.11), as a factor on '
         'the softmax (policy shaping), 1 in the first steps of an episode (jump_start), from a '
-        'higher first action value (head_start), or from how good the advice proved in a model '
-        '(track_record)', choices=TRUSTS)
+        'higher first action value (head_start), from how good the advice proved in a model '
+        '(track_record), or 1 in one mentor for a whole episode, chosen by the returns with each '
+        '(returns)', choices=TRUSTS)
     excludes_refused: bool = _field(
         False, 'An action that was recommended and not followed is excluded from the choice (3.2)')
     follows_majority: bool = _field(
@@ -172,6 +173,10 @@ class LearnerConfig:
     guided_tolerance: float = _field(
         0.1, 'jump_start: the next stage begins when the return of an iteration is at most this '
         'share below the best one', 0, 1, trusts=('jump_start',))
+    return_bonus: float = _field(
+        0.1, 'returns: what is added to the mean return with a mentor, in ranges of the returns '
+        'seen, times the root of 2 log(episodes) over its own episodes', 0, ANY,
+        trusts=('returns',))
     learns: bool = _field(
         True, 'False: act by what was learned before, without exploration and without the mentor, '
         'and learn nothing; a node does so for ever, unless iterations is given too')
@@ -232,9 +237,9 @@ class LearnerConfig:
 
         n_actions: of the world; the field `actions` has it, see `actions_for_kernels`. The field
             `has_model` has one element with a model and none without, `has_planner` with a
-            planner, `has_estimates` where the consistency of mentors is estimated, and `mentors`
-            one for each mentor: lengths that the compiler knows, so that each has machine code of
-            its own.
+            planner, `has_estimates` where the consistency of mentors is estimated, `has_bandit`
+            where one is chosen for an episode, and `mentors` one for each mentor: lengths that the
+            compiler knows, so that each has machine code of its own.
         """
         values = {name: getattr(self, name) for name in CONFIG_FIELDS}
         values |= {'trust': TRUSTS.index(self.trust), 'planner': PLANNERS.index(self.planner)}
@@ -242,6 +247,7 @@ class LearnerConfig:
                             has_model=(1,) if self.learns_model else (),
                             has_planner=(1,) if self.planner != 'none' else (),
                             has_estimates=(1,) if self.shapes_by_estimates() else (),
+                            has_bandit=(1,) if self.trust == 'returns' else (),
                             mentors=n_mentors * (1,))
 
     def needs_mentor(self) -> bool:
@@ -266,7 +272,8 @@ class LearnerConfig:
 
 CONFIG_FIELDS = {each.name: each for each in fields(LearnerConfig)}
 KernelConfig: Any = namedtuple('KernelConfig', (
-    *CONFIG_FIELDS, 'actions', 'has_model', 'has_planner', 'has_estimates', 'mentors'))
+    *CONFIG_FIELDS, 'actions', 'has_model', 'has_planner', 'has_estimates', 'has_bandit',
+    'mentors'))
 TYPES = {'bool': bool, 'int': int, 'float': float, 'str': str}  # as the fields are annotated
 PARSERS: dict[type, Callable[[str], Any]] = {
     bool: lambda text: {'true': True, 'false': False}[text.lower()], int: read_integer,

@@ -17,9 +17,10 @@ from comply_ros.world.mdp import World
 ONE_MENTOR = ('',)  # the names of the mentors, where there is one without a name
 # Arrays with rows for each mentor.
 OF_MENTORS = ('belief', 'advised', 'advice_agreed', 'advice_seen', 'pool_size', 'pool_listen',
-              'pool_discard')
+              'pool_discard', 'followed')
 LISTEN, DISCARD, IN_POOL = range(3)  # belief[s, ...]
 HITS, TRIALS, LARGEST_REWARD, SCALE = range(4)  # pooled[...]
+EPISODES, MEAN, LOWEST, HIGHEST = range(4)  # followed[m, ...]
 OUTCOMES, PREDECESSORS = 8, 16  # that a model keeps of each action, and of each state
 
 # In a node the fields are memoryviews of the arrays: single elements come three times as fast.
@@ -52,6 +53,9 @@ class LearnerState(NamedTuple):
     pool_size, pool_listen, pool_discard: number of beliefs in the pool of the prior, and sums; of
         each mentor.
     confidences: `confidences[m]` in each of several mentors at the last decision.
+    followed: `followed[m]`, where one mentor is followed for an episode: the number of episodes
+        with mentor m, their mean return, the lowest one and the highest one.
+    followed_mentor: int64: the mentor of this episode, or the best one after it; -1 for none.
     traces: `traces[s, a]`, eligibility (2.20); or `traces[s, 0]`, visited in this episode.
     trail: int64: the number of traces above 0, then `n_actions * s + a` of each.
     outcomes: `outcomes[s, a]`: mean reward, most frequent successor, its votes.
@@ -105,6 +109,8 @@ class LearnerState(NamedTuple):
     priority: Array
     sampled: Array
     confidences: Array
+    followed: Array
+    followed_mentor: Array
 
     def views(self) -> LearnerState:
         """Return memoryviews of the same arrays, for kernels that run as plain Python."""
@@ -193,6 +199,8 @@ def _later_arrays(states: int, n_actions: int, config: LearnerConfig,
         arrays['sampled'] = np.zeros((states, n_actions, OUTCOMES + 1))
     if config.shapes_by_estimates():
         arrays['workspace'] = np.zeros((n_actions, 1))
+    if config.trust == 'returns':
+        arrays |= {'followed': np.zeros((n_mentors, 4)), 'followed_mentor': np.array([-1])}
     if n_mentors > 1:
         arrays['confidences'] = np.zeros(n_mentors)
     return arrays
@@ -202,7 +210,9 @@ def _later_arrays(states: int, n_actions: int, config: LearnerConfig,
 # none of them.
 LATER_ARRAYS: dict[str, Array] = {
     **{name: np.zeros(0) for name in ('pooled', 'values', 'priority', 'confidences')},
-    **{name: np.zeros((0, 0)) for name in ('half_difference', 'potential', 'workspace')},
-    **{name: np.zeros(0, dtype=np.int64) for name in ('advised', 'queue', 'queued')},
+    **{name: np.zeros((0, 0))
+       for name in ('half_difference', 'potential', 'workspace', 'followed')},
+    **{name: np.zeros(0, dtype=np.int64)
+       for name in ('advised', 'queue', 'queued', 'followed_mentor')},
     'predecessors': np.zeros((0, 0), dtype=np.int64), 'sampled': np.zeros((0, 0, 0)),
     'model': np.zeros((0, 0, 0, 0))}

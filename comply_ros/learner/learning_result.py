@@ -29,7 +29,8 @@ TRUSTED = 0.5  # a learner that does not explore follows advice of more confiden
 # Schedules, and what belongs to an episode or waits: a learner that begins from others' values has
 # its own.
 STARTS_ANEW = ('scheduled_confidence', 'temperature', 'trust_rate', 'guided_stage', 'best_return',
-               'traces', 'trail', 'queue', 'queued', 'workspace', 'priority', 'sampled')
+               'traces', 'trail', 'queue', 'queued', 'workspace', 'priority', 'sampled',
+               'followed_mentor')
 
 
 class LearningError(ValueError):
@@ -126,6 +127,8 @@ class Learned(NamedTuple):
                 ('advice_agreed', 'at least 1, and at most advice_seen',
                  _at_least(1.0, state.advice_agreed) & (state.advice_agreed <= state.advice_seen)),
                 ('advice_seen', 'finite', np.isfinite(state.advice_seen)),
+                ('followed', 'finite, with numbers of episodes of at least 0',
+                 np.isfinite(state.followed).all() and (state.followed[..., :1] >= 0).all()),
                 ('confidence', 'in [0, 1]', (self.confidence >= 0) & (self.confidence <= 1))):
             if not np.all(holds):
                 raise LearningError(f'not all of {name} is {rule}')

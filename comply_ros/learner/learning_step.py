@@ -7,6 +7,7 @@ from comply_ros.learner.confidence import apply_advice_prior
 from comply_ros.learner.exploration import choose, policy_action
 from comply_ros.learner.learner_config import KernelConfig
 from comply_ros.learner.learner_state import Advice, Array, LearnerState
+from comply_ros.learner.mentor_choice import choose_mentor
 from comply_ros.learner.prioritized_sweeping import plan_episode
 from comply_ros.learner.update_rules import learn
 from comply_ros.numerics.jit import kernel
@@ -44,6 +45,8 @@ def choose_and_learn(learns: bool, last_s: int, last_a: int, last_advice: Advice
             apply_advice_prior(s, advice, config, state)
             if len(config.has_planner) > 0 and step == 0:
                 plan_episode(u_listen, u_act, config, state)
+            if len(config.has_bandit) > 0 and step == 0:
+                choose_mentor(config, state)
         a, p, m = choose(s, advice, step, u_listen, u_act, config, state)
     if learns and last_a != NO_ACTION:
         learn(last_s, last_a, r, s, a, terminated, last_advice, u_listen, config, state)

@@ -99,6 +99,9 @@ BASELINES = {
     # with Feedback from Multiple Humans with Diverse Skills, 2021, arXiv 2111.08596).
     'policy_shaping_estimated': replace(
         _ALONE, trust='shaping', estimates_consistency=True, excludes_refused=True),
+    # RLPA: in each episode one mentor, by optimism in the face of uncertain returns (Azar, Lazaric
+    # and Brunskill, Regret Bounds for RL with Policy Advice, ECML 2013, arXiv 1305.1027).
+    'rlpa': replace(_ALONE, trust='returns'),
     # Jump-start RL: the mentor guides the first steps of every episode, in stages fewer
     # (Uchendu et al., Jump-Start Reinforcement Learning, ICML 2023, arXiv 2022, the curriculum).
     'jump_start': replace(_ALONE, trust='jump_start'),

@@ -116,7 +116,7 @@ def test_where_trust_depends_on_the_advice_the_confidence_without_advice_is_0():
     {'trust': 'explicit', 'trust_rate': 0.1}, {'trust': 'shaping', 'confidence': 0.9},
     {'trust': 'shaping', 'estimates_consistency': True},
     {'trust': 'beta', 'learns_prior': True}, {'trust': 'jump_start'}, {'trust': 'head_start'},
-    {'trust': 'track_record', 'learns_model': True}],
+    {'trust': 'track_record', 'learns_model': True}, {'trust': 'returns'}],
     ids=str)
 @pytest.mark.parametrize('share', [0.0, 0.5, 1.0])
 def test_a_confidence_map_is_what_the_kernel_returns_state_by_state(settings, share):

@@ -17,7 +17,8 @@ SCALARS = ('scheduled_confidence', 'temperature', 'trust_rate', 'guided_stage', 
            'advice_agreed', 'advice_seen', 'pool_size', 'pool_listen', 'pool_discard')
 FIELDS = ('q', 'visits', 'belief', 'departures', *SCALARS, 'traces', 'trail', 'outcomes',
           'half_difference', 'model', 'pooled', 'values', 'potential', 'advised', 'predecessors',
-          'queue', 'queued', 'workspace', 'priority', 'sampled', 'confidences')
+          'queue', 'queued', 'workspace', 'priority', 'sampled', 'confidences',
+          'followed', 'followed_mentor')
 OF_A_MODEL = FIELDS[FIELDS.index('model'):FIELDS.index('priority')]
 OF_A_PLANNER = ('model', 'pooled', 'predecessors', 'queue', 'queued', 'priority', 'sampled')
 
@@ -60,6 +61,8 @@ def test_every_array_counts_in_the_digest(name):
         settings = {'doubles': True, 'off_policy': True}
     if name in ('priority', 'sampled'):
         settings = {'planner': 'psrl'}
+    if name.startswith('followed'):
+        settings = {'trust': 'returns'}
     state = Bench(corridor(), 2 if name == 'confidences' else 1, **settings).state
     before = state.digest()
     getattr(state, name).flat[0] = 7
@@ -70,7 +73,8 @@ def test_every_array_counts_in_the_digest(name):
     ({}, ()), ({'doubles': True, 'off_policy': True}, ('half_difference',)),
     ({'learns_model': True}, OF_A_MODEL), ({'planner': 'r_max'}, OF_A_PLANNER[:-1]),
     ({'planner': 'psrl'}, OF_A_PLANNER),
-    ({'trust': 'shaping', 'estimates_consistency': True}, ('workspace',))], ids=str)
+    ({'trust': 'shaping', 'estimates_consistency': True}, ('workspace',)),
+    ({'trust': 'returns'}, ('followed', 'followed_mentor'))], ids=str)
 def test_an_array_that_the_settings_do_not_use_has_no_elements(settings, used):
     state = Bench(corridor(), **settings).state
     assert {name for name in LATER_ARRAYS if getattr(state, name).size} == set(used)

@@ -116,7 +116,7 @@ def test_a_learner_begins_with_values_and_beliefs_and_with_schedules_of_its_own(
     for name, array in state._asdict().items():
         own = name in ('scheduled_confidence', 'temperature', 'trust_rate', 'guided_stage',
                        'best_return', 'traces', 'trail', 'queue', 'queued', 'workspace',
-                       'priority', 'sampled')
+                       'priority', 'sampled', 'followed_mentor')
         assert (array == getattr(fresh if own else before.state, name)).all(), name
         assert not np.shares_memory(array, getattr(before.state, name))
 

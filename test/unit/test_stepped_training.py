@@ -12,9 +12,11 @@ import pytest
 import comply_ros
 from comply_ros.experiments import train
 from comply_ros.experiments.stepped_training import SteppedTraining, training_in
+from comply_ros.learner.mentor_factory import make_policy
 from comply_ros.learner.presets import find_method, METHODS
 from comply_ros.learner.training import Training
 from comply_ros.mentor.advice_budget import AdviceBudget, MentorError
+from comply_ros.mentor.mentor_policies import parse_mentor_spec
 from comply_ros.protocol.world_moves import ModelMoves
 from comply_ros.storage.gymnasium_moves import EnvironmentFault
 from comply_ros.storage.map_files import read_map
@@ -47,6 +49,19 @@ def both(name, profile, budget=0, when='early', seed=3):
 def test_a_plain_loop_gives_the_bits_of_the_compiled_one(profile, name):
     compiled, stepped = both(name, profile)
     assert stepped == compiled
+
+
+@pytest.mark.parametrize('name', ['majority_vote', 'policy_shaping_estimated', 'rlpa'])
+def test_a_plain_loop_with_several_mentors_gives_the_bits_of_the_compiled_one(name):
+    world = World(read_map('bar_grid', 'published'))
+    config = replace(find_method(name, 'published'), episodes=4)
+    mentors = {text: AdviceBudget(world, make_policy(parse_mentor_spec(text), world, 1))
+               for text in ('noisy:0.3', 'random', 'noisy:0.6')}
+    trainings = (Training(world, mentors, config, 3),
+                 SteppedTraining(world, ModelMoves(world, 3), mentors, config, 3))
+    compiled, stepped = ([repr(each.iterate()) for _ in range(5)] for each in trainings)
+    assert stepped == compiled
+    assert trainings[1].state.digest() == trainings[0].state.digest()
 
 
 @pytest.mark.parametrize('when', ['early', 'important', 'mistakes'])

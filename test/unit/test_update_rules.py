@@ -96,7 +96,8 @@ def test_without_advice_the_belief_stays(as_run):
     assert step(as_run, bench, advice=-1).belief[4, :2].tolist() == [8.0, 2.0]
 
 
-@pytest.mark.parametrize('trust', ['none', 'scheduled', 'shaping', 'jump_start', 'head_start'])
+@pytest.mark.parametrize('trust', ['none', 'scheduled', 'shaping', 'jump_start', 'head_start',
+                                   'returns'])
 def test_other_kinds_of_trust_leave_belief_and_pool_as_they_are(as_run, trust):
     bench = Bench(room(), trust=trust, **HALF)
     fresh = Bench(room(), trust=trust, **HALF).state
