@@ -7,13 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from comply_ros.experiments import training_runs
+from comply_ros.experiments.extra_curves import ExchangeCurves, GreedyCurve
 from comply_ros.experiments.result_cache import CellData, ResultCache
-from comply_ros.experiments.training_runs import (
-    advice_of,
-    GreedyCurve,
-    reference_returns_of,
-    Run,
-)
+from comply_ros.experiments.training_runs import advice_of, reference_returns_of, Run
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import action_values, greedy, optimal_values
@@ -35,6 +31,26 @@ class EndsTogether(NamedTuple):
     alone: float
     better: int
     pairs: int
+
+
+class ExchangeEnds(NamedTuple):
+    """
+    A mean over all seeds around the exchange of a mentor, each over up to 20 iterations.
+
+    before: the last ones with the first mentor.
+    after, end: the first and the last ones with the second.
+    """
+
+    before: float
+    after: float
+    end: float
+
+
+def exchange_ends(values: NDArray[np.float64], exchanged: int) -> ExchangeEnds:
+    """`ExchangeEnds` of `values[seed, iteration]`; exchanged: first one with the second mentor."""
+    first, second = values[:, :exchanged], values[:, exchanged:]
+    return ExchangeEnds(*(float(np.nanmean(part)) for part in (
+        first[:, -END_ITERATIONS:], second[:, :END_ITERATIONS], second[:, -END_ITERATIONS:])))
 
 
 class Results:
@@ -82,6 +98,13 @@ class Results:
         pairs = len(alone) // 2
         better = (together > alone)[:2 * pairs].reshape(pairs, 2).all(axis=1)
         return EndsTogether(float(together.mean()), float(alone.mean()), int(better.sum()), pairs)
+
+    def exchange(self, run: Run) -> ExchangeCurves:
+        """Return the `ExchangeCurves` of a run, of the iterations that learn; as arrays."""
+        curves, skipped = self.cells.load_extra('exchange', run), \
+            training_runs.config_of(run).measuring_iterations
+        return ExchangeCurves(curves['returns'][:, skipped:], curves['confidences'][:, skipped:],
+                              int(curves['exchanged']) - skipped)
 
     def measured(self, run: Run, name: str) -> list[float | None]:
         """`time_to_convergence`, `reward_ratio` or `regret` of each seed."""

@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from comply_ros.experiments.computed_results import Results
+from comply_ros.experiments.exchange_plot import plot_exchange
+from comply_ros.experiments.line_styles import line_style
 from comply_ros.experiments.report_figures import Figure
 from comply_ros.experiments.seed_statistics import band, interval
 from comply_ros.experiments.training_runs import advice_of, mentor_return, reference_returns_of
@@ -29,27 +31,10 @@ from comply_ros.plots.running_mean import running_mean
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.planning import optimal_policy, STOP_SHARE, sweeps_until, value_iteration
 
-# Okabe and Ito's palette, told apart with any kind of colour vision.
-COLOURS = {
-    'sarsa': '#7f7f7f', 'q_learning': '#56B4E9', 'sarsa_lambda': '#000000', 'watkins': '#8c6d1f',
-    'constant': '#CC79A7', 'vanishing': '#E69F00', 'beta_implicit': '#0072B2',
-    'explicit': '#D55E00', 'pi_reuse': '#882255', 'policy_shaping': '#44AA99',
-    'jump_start': '#999933', 'head_start': '#009E73', 'model_based': '#332288',
-    'early': '#0072B2', 'important': '#D55E00', 'mistakes': '#009E73'}
-DASHES = {'sarsa': '--', 'q_learning': '--', 'sarsa_lambda': '--', 'watkins': '--',
-          'pi_reuse': '-.', 'policy_shaping': '-.', 'jump_start': '-.'}
 AXIS_LABELS = {'time_to_convergence': 'time to convergence', 'reward_ratio': 'reward ratio',
                'regrets': 'regret'}
 
 Plot = matplotlib.figure.Figure
-
-
-def line_style(label: str) -> dict[str, Any]:
-    """Return colour and line style of a line by its label: a method, or one of its variants."""
-    if label in COLOURS:
-        return {'color': COLOURS[label], 'linestyle': DASHES.get(label, '-')}
-    method = label.partition(',')[0].removesuffix('_off_policy').removesuffix('_lambda')
-    return {'color': COLOURS.get(method, INK), 'linestyle': '--'}
 
 
 def new_plot(
@@ -260,6 +245,6 @@ def _scale_regret_axis(axes: Axes) -> None:
 PLOTS: dict[str, Callable[[Figure, Results], Plot]] = {
     'map': plot_map, 'policy': plot_policy, 'advice': plot_advice, 'sweeps': plot_sweeps,
     'changes': plot_changes, 'curves': plot_curves, 'growth': plot_greedy_curve,
-    'together': plot_together,
+    'together': plot_together, 'exchange': plot_exchange,
     'densities': plot_densities, 'histogram': plot_histogram, 'trust': plot_trust,
     'time_to_convergence': plot_metric, 'reward_ratio': plot_metric, 'regrets': plot_metric}

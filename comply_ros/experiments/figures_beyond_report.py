@@ -12,7 +12,7 @@ from comply_ros.experiments.report_figures import (
     run_alone,
     run_with_mentor,
 )
-from comply_ros.experiments.training_runs import Run
+from comply_ros.experiments.training_runs import MENTOR_OF_SEED, Run
 from comply_ros.mentor.advice_budget import ADVISING_MODES
 
 MAZE = 'maze'  # with slips that can bump, as the report describes it: the harder one
@@ -20,6 +20,8 @@ OURS, WITH_MODEL = 'head_start', 'model_based'  # our two methods, the earlier o
 ITERATIONS_ALONE = {'sarsa': 600, 'q_learning': 600, 'sarsa_lambda': 400, 'watkins': 400}
 BASELINES = ('explicit_lambda', 'pi_reuse', 'policy_shaping', 'jump_start')
 TOGETHER = ('pi_reuse', 'explicit')  # one that ends better with a second learner, one worse
+EXCHANGED = ('constant', 'beta_implicit', 'explicit', 'policy_shaping_estimated', OURS, WITH_MODEL)
+EXCHANGES = (('noisy:0.3', 'adversarial'), ('adversarial', 'noisy:0.3'))  # of two mentors
 COVERAGES = (1.0, 0.5, 0.2, 0.1, 0.0)
 BUDGETS = (10, 30, 100, 300, 1000)
 
@@ -54,7 +56,7 @@ def all_mentors(mentors: Mentors) -> dict[str, str]:
 def extra_figures(profile: str, mentors: Mentors) -> list[Figure]:
     """Return the figures that go beyond the report."""
     return [*_comparisons(profile, mentors), *_open_questions(profile, mentors),
-            *_together(profile), *_table_runs(profile, mentors)]
+            *_together(profile), *_exchanged(profile), *_table_runs(profile, mentors)]
 
 
 def _comparisons(profile: str, mentors: Mentors) -> Iterator[Figure]:
@@ -79,6 +81,16 @@ def _together(profile: str) -> Iterator[Figure]:
                  'same learners alone', 'together',
                  {method: run_with_mentor(method, profile, 'none', MAZE)
                   for method in TOGETHER})
+
+
+def _exchanged(profile: str) -> Iterator[Figure]:
+    yield Figure('mentor_exchange', 'A mentor that becomes bad or good half way', 'At half of the '
+                 'iterations the policy of the mentor is exchanged for that of another one, and '
+                 'nobody tells the learner', 'exchange',
+                 {(method, f'{first}, then {second}'): fitted_run(
+                     method, profile, f'{first} + {second}', MAZE)._replace(
+                         mentor_seed=MENTOR_OF_SEED)
+                  for first, second in EXCHANGES for method in EXCHANGED})
 
 
 def _open_questions(profile: str, mentors: Mentors) -> Iterator[Figure]:

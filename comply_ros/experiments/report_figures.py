@@ -4,6 +4,7 @@
 from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
 
+from comply_ros.experiments.extra_curves import EXTRA_CURVES
 from comply_ros.experiments.published_results import (
     BAD,
     COMPLIANT_METHODS,
@@ -12,7 +13,7 @@ from comply_ros.experiments.published_results import (
     GOOD,
     OPTIMAL,
 )
-from comply_ros.experiments.training_runs import EXTRA_CURVES, Run
+from comply_ros.experiments.training_runs import Run
 
 TRACES = ('sarsa_lambda', 'watkins')
 
@@ -60,7 +61,7 @@ class Figure(NamedTuple):
 
     def all_runs(self) -> list[Run]:
         """Return the runs whose cells it needs, also those that only its verdict needs."""
-        if self.kind in ('advice', 'growth'):
+        if self.kind in ('advice', 'growth', 'exchange'):
             return []
         runs = list(self.runs.values())
         if self.kind == 'curves' and len(runs) == 1 and runs[0].method in COMPLIANT_METHODS:

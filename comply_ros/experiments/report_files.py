@@ -6,7 +6,7 @@ from math import isnan
 from pathlib import Path
 import shutil
 
-from comply_ros.experiments.computed_results import Results
+from comply_ros.experiments.computed_results import exchange_ends, Results
 from comply_ros.experiments.figure_checks import verdict
 from comply_ros.experiments.report_figures import all_runs, Figure, Mentors
 from comply_ros.experiments.report_tables import table_lines
@@ -81,10 +81,21 @@ def _figure_numbers(results: Results, figure: Figure) -> dict:
     if figure.kind == 'together':
         table['ends'] = {label: results.ends_together(run)._asdict()
                          for label, run in figure.runs.items()}
+    if figure.kind == 'exchange':
+        table['exchanges'] = [_exchange_numbers(results, *label, run)
+                              for label, run in figure.runs.items()]
     checked = verdict(results, figure) if figure.is_of_report() else None
     if checked:
         table.update(agrees=bool(checked.agrees), evidence=checked.evidence)
     return table
+
+
+def _exchange_numbers(results: Results, method: str, mentors: str, run: Run) -> dict:
+    """Return mean confidence and mean return before and after the exchange of a mentor."""
+    curves = results.exchange(run)
+    return {'method': method, 'mentors': mentors, **{
+        name: exchange_ends(values, curves.exchanged)._asdict()
+        for name, values in (('confidence', curves.confidences), ('return', curves.returns))}}
 
 
 def _cell_numbers(results: Results, run: Run) -> dict:
@@ -160,8 +171,23 @@ def _figure_lines(figure: Figure, numbers: dict, folder: str) -> Iterator[str]:
             yield (f'With `{label}` the last 50 iterations have a mean return of '
                    f'{ends["together"]:.2f} together and {ends["alone"]:.2f} alone; in '
                    f'{ends["better"]} of {ends["pairs"]} pairs both end better together.')
+        yield from _exchange_lines(numbers.get('exchanges', ()))
     elif 'agrees' not in numbers:
         yield f'The report: {figure.caption}. Ours is drawn from the same definition.'
     else:
         ours = 'Ours agrees' if numbers['agrees'] else '**Ours does not**'
         yield f'The report: {figure.caption}. {ours}: {numbers["evidence"]}.'
+
+
+def _exchange_lines(exchanges: Sequence[dict]) -> Iterator[str]:
+    """Yield the lines of a table of what `_exchange_numbers` returns."""
+    if exchanges:
+        yield ('\nMeans over the last 20 iterations before the exchange, the first 20 after it '
+               'and the last 20:\n')
+        yield ('| mentors | method | confidence before | after | at the end | return before '
+               '| after | at the end |')
+        yield '|---|---|---|---|---|---|---|---|'
+    for each in exchanges:
+        values = (f'{value:.2f}' for name in ('confidence', 'return')
+                  for value in each[name].values())
+        yield f'| {each["mentors"]} | `{each["method"]}` | {" | ".join(values)} |'

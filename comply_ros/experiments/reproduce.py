@@ -10,6 +10,7 @@ from pathlib import Path
 from comply_ros.experiments import training_runs
 from comply_ros.experiments.cell_computation import compute_cells
 from comply_ros.experiments.computed_results import Results
+from comply_ros.experiments.extra_curves import EXTRA_CURVES
 from comply_ros.experiments.figure_plots import PLOTS
 from comply_ros.experiments.figures_beyond_report import extra_figures
 from comply_ros.experiments.report_figures import all_runs, Figure, Mentors, report_figures
@@ -170,7 +171,7 @@ def _complete(
             compute_cells(missing, cache, stop, watched)
         for kind, run in curves:
             check(stop)
-            cache.save_extra(kind, run, training_runs.EXTRA_CURVES[kind](run, cache.seeds))
+            cache.save_extra(kind, run, EXTRA_CURVES[kind](run, cache.seeds))
 
 
 def _plot(figures: Sequence[Figure], results: Results, folder: Path) -> None:

@@ -15,8 +15,6 @@ from comply_ros.learner import return_metrics
 from comply_ros.learner.confidence import confidence_map
 from comply_ros.learner.learner_config import ConfigError, LearnerConfig, with_text
 from comply_ros.learner.presets import find_method
-from comply_ros.learner.training import Training
-from comply_ros.learner.two_learners import TwoLearners
 from comply_ros.mentor.advice_budget import AdviceBudget, validate_advice_budget
 from comply_ros.mentor.best_of_mentors import mentor_returns
 from comply_ros.mentor.policy_validation import PolicyError
@@ -25,10 +23,8 @@ from comply_ros.storage.mentor_cache import mentor_policy, read_mentor_spec, val
 from comply_ros.terminal.interrupts import StopFlag
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
-from comply_ros.world.planning import greedy
 from comply_ros.world.reference_returns import AnyReturns, reference_returns
 
-GREEDY_PERIOD = 10  # iterations between two points of a `GreedyCurve`
 MENTOR_OF_SEED = -1  # mentor seed of a cell in which each seed of the learner has its own mentor
 REGRET_ITERATIONS = 399  # over which regret is summed: as many as the published runs had
 
@@ -78,20 +74,6 @@ class RunResult(NamedTuple):
     q: NDArray[np.float64]
     steps: int
     digest: str
-
-
-class GreedyCurve(NamedTuple):
-    """Iterations, the learner's mean return in each, the exact return of its greedy policy."""
-
-    numbers: list[int]
-    learner: list[float]
-    greedy: list[float]
-
-
-class PairCurves(NamedTuple):
-    """`returns[seed, iteration]` of learners that teach each other: seeds 0 and 1, 2 and 3, ..."""
-
-    returns: list[list[float]]
 
 
 def run_of_seed(run: Run, seed: int) -> Run:
@@ -189,35 +171,6 @@ def learn(run: Run, stop: StopFlag | None = None,
         state = training.state
     return RunResult(returns, changes, confidence_map(config, state, advice).tolist(),
                      state.departures > 1.0, state.q, steps, state.digest())
-
-
-def greedy_curve(run: Run) -> GreedyCurve:
-    """Return the `GreedyCurve` of a learner without a mentor, a point every ten iterations."""
-    reference, config = reference_returns_of(run), config_of(run)
-    free, points = reference.world.free, []
-    training = Training(reference.world, np.full(len(free), NO_ACTION), config, run.seed)
-    for number in range(1, config.iterations + 1):
-        iteration = training.iterate()
-        if number % GREEDY_PERIOD == 0:
-            policy = greedy(training.state.q, free)
-            points.append((number, iteration.mean_return, reference.return_of(policy)))
-    return GreedyCurve(*map(list, zip(*points)))
-
-
-def pair_curves(run: Run, seeds: int) -> PairCurves:
-    """Return the `PairCurves` of learners with so many seeds, from 0 on; the last may be alone."""
-    world, config = reference_returns_of(run).world, config_of(run)
-    returns = []
-    for seed in range(0, seeds, 2):
-        pair = TwoLearners(world, config, (seed, seed + 1))
-        results = [pair.iterate() for _ in range(config.iterations)]
-        returns += [[each.mean_return for each in learner] for learner in zip(*results)]
-    return PairCurves(returns[:seeds])
-
-
-# Of kinds of figures that need more than cells: what computes it from a run and a number of seeds.
-EXTRA_CURVES: dict[str, Callable[[Run, int], Any]] = {
-    'growth': lambda run, seeds: greedy_curve(run), 'together': pair_curves}
 
 
 def measures(run: Run, returns: list[float]) -> dict[str, float | None]:

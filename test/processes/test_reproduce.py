@@ -11,7 +11,7 @@ import pytest
 from waiting import DEADLINE, wait_until
 
 from comply_ros.experiments import reproduce
-from comply_ros.experiments.figure_plots import COLOURS
+from comply_ros.experiments.line_styles import COLOURS
 from comply_ros.experiments.report_figures import Figure
 from comply_ros.experiments.training_runs import Run
 
@@ -120,6 +120,25 @@ def test_a_full_disk_is_one_sentence_and_keeps_the_cells(tmp_path, whole):
     assert 'Traceback' not in done.stderr
     assert 'file too large' in done.stderr.splitlines()[-1]
     assert not list(tmp_path.glob('data/*.part'))
+
+
+def test_an_exchange_of_the_mentor_has_a_picture_and_a_table(tmp_path, monkeypatch):
+    run = Run('bar_grid', 'published', 'explicit', (('iterations', 6), ('episodes', 3)),
+              'optimal + random')
+    figure = Figure('mentor_exchange', 'An exchange', 'it is there', 'exchange',
+                    {('explicit', 'optimal, then random'): run})
+    monkeypatch.setattr(reproduce, 'report_figures', lambda profile, mentors: [])
+    monkeypatch.setattr(reproduce, 'extra_figures', lambda profile, mentors: [figure])
+    assert reproduced(tmp_path) == 0
+    picture = (tmp_path / 'figures' / 'mentor_exchange.png').read_bytes()
+    assert picture[:4] == b'\x89PNG' and len(picture) > 20_000
+    (table,) = json.loads((tmp_path / 'results.json').read_text())[
+        'figures']['mentor_exchange']['exchanges']
+    confidence = table['confidence']
+    assert confidence['before'] > confidence['after'] == confidence['end']  # three iterations
+    page = (tmp_path / 'results.md').read_text()
+    assert (f'| optimal, then random | `explicit` | {confidence["before"]:.2f} | '
+            f'{confidence["after"]:.2f} |') in page
 
 
 @pytest.mark.long

@@ -4,8 +4,9 @@
 import pytest
 
 from comply_ros.experiments import training_runs
-from comply_ros.experiments.figure_plots import COLOURS, line_style, PLOTS
+from comply_ros.experiments.figure_plots import PLOTS
 from comply_ros.experiments.figures_beyond_report import extra_figures
+from comply_ros.experiments.line_styles import COLOURS, line_style
 from comply_ros.experiments.published_results import FITTED_SETTINGS
 from comply_ros.experiments.report_figures import fitted_run, Mentors, report_figures
 from comply_ros.learner.presets import METHODS
