@@ -42,6 +42,9 @@ ARGUMENTS = (
     ('mentor_seed', '', 'which one of the mentors of this kind; each of several has the next '
      'number'),
     ('budget', '', 'recommendations that the mentor may give; 0: no limit'),
+    ('advice_timeout', '', 'seconds to wait for advice in a state; 0.0: no limit'),
+    ('advice_timeouts', '', "the same for each of several mentors, such as '[0.5, 10.0]'; 0.0: "
+     'that of advice_timeout'),
     ('rate', '', 'steps per second; 0: as fast as possible'),
     ('seed', '', 'seed of the random numbers of world and learner'),
     ('iterations', '', 'iterations to learn for; 0: without end'),
@@ -85,12 +88,13 @@ NODES = {
     'grid_world': ('map', 'profile', 'seed', 'rate', 'state_dir'),
     'mentor': ('mentor', 'mentor_seed', 'budget', 'state_dir'),
     'learner': ('method', 'profile', 'seed', 'iterations', 'initial_learning', 'learns',
-                'state_dir', 'end_when_finished'),
+                'state_dir', 'end_when_finished', 'advice_timeout', 'advice_timeouts'),
 }
 RENAMED = {'mentor_seed': 'seed'}  # arguments with another name than their parameter
 # Topics that RViz shows; in a namespace they are remapped.
 VIEW_TOPICS = ('map', 'trust', 'values', 'places', 'mentor', 'policy', 'trail', 'robot')
-NOT_TEXT = ('seed', 'mentor_seed', 'budget', 'rate', 'iterations', 'learns', 'end_when_finished')
+NOT_TEXT = ('seed', 'mentor_seed', 'budget', 'rate', 'iterations', 'learns', 'end_when_finished',
+            'advice_timeout', 'advice_timeouts')
 MOST_ROBOTS = 64
 LIKE = 0.7  # similarity from which a name is a misspelt one: `robot_name` is not `robots`
 INVALID_ARGUMENTS = 2  # exit code of a node; it would fail again

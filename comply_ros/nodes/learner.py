@@ -23,6 +23,7 @@ from comply_ros.mentor.several_mentors import can_be_mentors, MentorNameError, M
 from comply_ros.nodes.clocks import PaceClock, PaceTimer
 from comply_ros.nodes.parameters import (
     ADVICE_TIMEOUT,
+    ADVICE_TIMEOUTS,
     config_parameters,
     END_WHEN_FINISHED,
     INITIAL_LEARNING,
@@ -55,6 +56,7 @@ from comply_ros.nodes.topics import (
     VALUES,
     WORLD,
 )
+from comply_ros.protocol.advice_timeouts import AdviceTimeouts, validate_timeouts
 from comply_ros.protocol.learner import Learner
 from comply_ros.protocol.messages import (
     Ignored,
@@ -78,7 +80,9 @@ from comply_ros.storage.state_store import StateError
 from comply_ros.storage.versions import LATER_FIELDS
 from comply_ros.world.planning import state_values
 
-CHANGEABLE = {*CONFIG_FIELDS, REMEMBERS_ADVICE.name, ADVICE_TIMEOUT.name}  # while it runs
+# While it runs.
+CHANGEABLE = {*CONFIG_FIELDS, *(each.name for each in (REMEMBERS_ADVICE, ADVICE_TIMEOUT,
+                                                       ADVICE_TIMEOUTS))}
 
 
 class LearnerNode(ProtocolNode):
@@ -96,7 +100,9 @@ class LearnerNode(ProtocolNode):
         self._refused: set[str] = set()  # names of mentors that cannot join
         self._expected, self._waiting_at_tick = mentors, None  # those that it always waits for
         self._map_throttle = CostThrottle(self.declare(MAP_PERIOD))
-        self._timeout, self._pace_clock = self.declare(ADVICE_TIMEOUT), PaceClock(self)
+        self._timeouts = AdviceTimeouts(
+            self.declare(ADVICE_TIMEOUT), self.declare(ADVICE_TIMEOUTS), mentors)
+        self._pace_clock = PaceClock(self)
         self._waiting_since: tuple[StateReward | None, float] = None, 0.0
         self._heard: list[str] = []  # names of the mentors whose topics it subscribes to
         self._ends, self._finished_ticks = self.declare(END_WHEN_FINISHED), 0
@@ -246,7 +252,7 @@ class LearnerNode(ProtocolNode):
         machine.load_state_dict(*saved)
         self.set_parameters([RosParameter(name, value=value)
                              for name, value in machine.changes.items()])
-        self._timeout = self.get_parameter(ADVICE_TIMEOUT.name).value
+        self._use_timeouts()
         self._home = machine.tracker.description.sha256
         self.get_logger().info(f'continues after {machine.agent.steps} steps '
                                f'({len(saved[2])} entries were in its journal)')
@@ -263,7 +269,7 @@ class LearnerNode(ProtocolNode):
             self._log_finished()
 
     def _follow_settings(self) -> None:
-        """Subscribe to the mentor if it is needed, and wait for it only for `advice_timeout`."""
+        """Subscribe to the mentors if they are needed, and look for those that are overdue."""
         if self.machine.config.needs_mentor():
             for name in self.machine.expected_mentors:
                 if name not in self._heard:
@@ -272,13 +278,22 @@ class LearnerNode(ProtocolNode):
                                    partial(self.on_recommendation, name))
         if self._timeout_timer:
             self._timeout_timer.destroy()
+        shortest = self._timeouts.shortest()
         self._timeout_timer = PaceTimer(
-            self, min(0.1, self._timeout / 5.0), self._check_timeout) if self._timeout else None
+            self, min(0.1, shortest / 5.0), self._check_timeouts) if shortest else None
+
+    def _use_timeouts(self) -> None:
+        """Wait for each mentor as long as the parameters say."""
+        for_all, each = (self.get_parameter(parameter.name).value
+                         for parameter in (ADVICE_TIMEOUT, ADVICE_TIMEOUTS))
+        self._timeouts = AdviceTimeouts(for_all, each, self._expected)
 
     def _check_changes(self, values: dict[str, Any]) -> None:
         """Return if parameters may be changed so; raises ValueError."""
         changes = {name: value for name, value in values.items() if name in CHANGEABLE}
         self.machine.check_changes(changes)
+        if ADVICE_TIMEOUTS.name in changes:
+            validate_timeouts(changes[ADVICE_TIMEOUTS.name], self._expected)
         if changes and self.checkpointing.error:
             raise ParameterError('a change must be saved before it counts, and this node '
                                  f'{self.checkpointing.error}')
@@ -287,7 +302,7 @@ class LearnerNode(ProtocolNode):
         """Continue under other settings, which are saved before they count."""
         changes = {name: value for name, value in values.items() if name in CHANGEABLE}
         if changes:
-            self._timeout = changes.get(ADVICE_TIMEOUT.name, self._timeout)
+            self._use_timeouts()
             self.respond(self._with_new_maps(self.machine.change(changes)))
             self._publish_description()
             self._follow_settings()
@@ -330,16 +345,17 @@ class LearnerNode(ProtocolNode):
         self._home = description.sha256
         return outputs
 
-    def _check_timeout(self) -> None:
-        """Continue without advice where the mentor has been silent for too long."""
+    def _check_timeouts(self) -> None:
+        """Continue without the advice of mentors that have been silent for too long."""
         waiting, since = self._waiting_since
         now = self._pace_clock.seconds()
         if self.machine.waiting is not waiting or waiting is None or self.blocked:
             self._waiting_since = self.machine.waiting, now
-        elif now - since >= self._timeout:
-            self.respond((Ignored('no advice in time', f'no recommendation came within '
-                                  f'{self._timeout} s: continues as without advice'),
-                          *self._with_maps(self.machine.continue_without_advice())))
+            return
+        overdue = self._timeouts.overdue(self.machine.missing_mentors(), now - since)
+        if overdue:
+            self.respond((self._timeouts.reason(overdue),
+                          *self._with_maps(self.machine.leave(overdue))))
 
     def _log_finished(self) -> None:
         self.get_logger().info(f'finished {self.machine.config.iterations} iterations, '

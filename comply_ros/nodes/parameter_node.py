@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A node that declares and checks its parameters, and lives on after malformed requests."""
 
+from array import array
 from collections.abc import Callable
 from typing import Any
 from weakref import WeakSet
@@ -111,13 +112,13 @@ class SafeParameterNode(Node):
         """
         def check(parameters: list[RosParameter]) -> SetParametersResult:
             try:
-                validate({each.name: each.value for each in parameters})
+                validate({each.name: _plain(each.value) for each in parameters})
             except ValueError as error:
                 return SetParametersResult(successful=False, reason=str(error))
             return SetParametersResult(successful=True)
         self.add_on_set_parameters_callback(check)
         self.add_post_set_parameters_callback(
-            lambda parameters: apply({each.name: each.value for each in parameters}))
+            lambda parameters: apply({each.name: _plain(each.value) for each in parameters}))
 
     def create_publisher(self, msg_type: Any, topic: str, qos_profile: Any,
                          **settings: Any) -> Any:
@@ -186,7 +187,9 @@ class SafeParameterNode(Node):
         given = self._parameter_overrides.get(parameter.name)
         if given is None:
             return None
-        return [] if given.value is None else given.value  # rclpy takes [] for no value
+        if given.value is None:  # rclpy takes [] for no value
+            return []
+        return _plain(given.value)
 
 
 def destroy_nodes() -> None:
@@ -216,8 +219,14 @@ def descriptor(parameter: Parameter) -> ParameterDescriptor:
     return result
 
 
+def _plain(value: Any) -> Any:
+    """Return the value of a parameter, of which rclpy makes some lists arrays."""
+    return value.tolist() if isinstance(value, array) else value
+
+
 def _kind(value: Any) -> Any:
     """Type of a value; of a list, with that of its elements."""
+    value = _plain(value)
     return list[type(value[0])] if isinstance(value, list) and value else type(value)
 
 
@@ -225,7 +234,8 @@ def _type_rule(name: str, wanted: Any, value: Any) -> str:
     """Sentence about a value of another type than wanted, with how to write it."""
     rule = {bool: 'true or false', int: 'an integer such as 1', float: 'a double such as 1.0',
             str: 'a string', list[str]: 'a list of strings such as [state, action]',
-            list[int]: 'a list of integers such as [40, 40]'}[wanted]
+            list[int]: 'a list of integers such as [40, 40]',
+            list[float]: 'a list of doubles such as [0.5, 2.0]'}[wanted]
     if wanted is str and isinstance(value, bool | int | float):
         rule += ' (in quotes, as it looks like something else)'
     elif wanted is not str and isinstance(value, str) and (

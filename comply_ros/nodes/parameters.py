@@ -98,6 +98,10 @@ REMEMBERS_ADVICE = Parameter(
 ADVICE_TIMEOUT = Parameter(
     'advice_timeout', 0.0, 'Seconds to wait for advice in a state before going on without it; 0: '
     'no limit', (0, 3600), read_only=False)
+ADVICE_TIMEOUTS = Parameter(
+    'advice_timeouts', [0.0], 'Seconds to wait for the advice of each of the mentors, in their '
+    'order, such as [0.5, 5.0]; one number is for all of them; 0: advice_timeout',
+    read_only=False)
 PATIENCE = Parameter(
     'patience', 1.0, 'While a person steers: seconds that an observation waits for the person, '
     'before the recommendation is no advice', (0.05, 3600), read_only=False)

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from functools import partial
 from typing import Any
 
@@ -308,6 +308,18 @@ class Learner:
         if len(available) > 1:
             self._advice.absent |= {m for m, action in enumerate(available) if action is None}
         return self._answer(tuple(NO_ACTION if each is None else each for each in available))
+
+    def leave(self, mentors: Collection[str]) -> Outputs:
+        """
+        Return the action in the state that waits, where it waits for no other mentors than these.
+
+        Of several mentors, these are not waited for until they give advice again.
+        """
+        missing = self.missing_mentors()
+        if len(self.mentors) > 1:
+            self._advice.absent |= {self.mentors.index(name) for name in missing
+                                    if name in mentors}
+        return () if {*missing} - {*mentors} else self.continue_without_advice()
 
     def missing_mentors(self) -> list[str]:
         """Return the names of the mentors whose advice an observation waits for."""

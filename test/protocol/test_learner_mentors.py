@@ -116,6 +116,44 @@ def test_one_that_gave_no_advice_in_time_is_not_waited_for_until_it_gives_some()
     assert hear(learner, CARL, step=2, s=4) == ()
 
 
+def test_it_goes_on_once_all_those_that_it_waits_for_are_left():
+    learner = make_learner()
+    learner.observe(state())
+    hear(learner, CARL)
+    assert learner.leave(['anna']) == ()  # bob is waited for
+    assert learner.missing_mentors() == ['bob']
+    action, = learner.leave(['bob'])
+    assert action.all_advice == (-1, -1, UP)
+    assert learner.observe(state(step=1, s=3, reward=-1.0)) == ()
+    action, = hear(learner, CARL, step=1, s=3)  # nobody waits for the others
+    assert action.all_advice == (-1, -1, UP)
+
+
+def test_one_that_is_left_and_answers_in_time_for_the_others_counts():
+    learner = make_learner(('anna', 'bob'))
+    learner.observe(state())
+    assert learner.leave(['anna']) == ()
+    assert hear(learner, ANNA) == ()
+    action, = hear(learner, BOB, action=RIGHT)
+    assert action.all_advice == (UP, RIGHT)
+
+
+def test_the_only_mentor_is_waited_for_again_in_the_next_state():
+    learner = make_learner(('anna',))
+    learner.observe(state())
+    action, = learner.leave(['anna'])
+    assert action.advice == -1
+    assert learner.observe(state(step=1, s=3, reward=-1.0)) == ()
+    assert learner.missing_mentors() == ['anna']
+
+
+def test_nobody_is_left_where_nothing_waits():
+    learner = make_learner(('anna', 'bob'))
+    assert learner.leave(['anna']) == ()
+    learner.observe(state())
+    assert learner.missing_mentors() == ['anna', 'bob']
+
+
 def test_the_advice_of_one_that_is_absent_is_still_remembered():
     learner = make_learner(('anna', 'bob'))
     learner.observe(state())

@@ -64,7 +64,8 @@ def test_a_misspelt_argument_is_named_and_one_of_another_launch_file_is_not(tmp_
 
 @pytest.mark.parametrize('wrong, sentence', [
     ('map:=nowhere', "map 'nowhere': a map must be one of"), ('mentor:=wise', 'a mentor must be'),
-    ('seed:=x', 'parameter seed must be an integer')])
+    ('seed:=x', 'parameter seed must be an integer'),
+    ('advice_timeouts:=[1.0, 2.0]', 'advice_timeouts must have one number for each of the')])
 @pytest.mark.parametrize('more', [(), ('respawn:=true',)])
 def test_a_node_that_refuses_a_parameter_fails_the_launch(tmp_path, wrong, sentence, more):
     done = launched(wrong, *more, folder=tmp_path)

@@ -83,11 +83,27 @@ def test_a_mentor_that_is_named_is_waited_for_by_name(tmp_path):
         wait_until(log_has(own, 'is the mentor bob running?'), 'it says for whom it waits')
 
 
+def test_a_mentor_with_a_timeout_of_its_own_is_left_and_the_others_are_waited_for(tmp_path):
+    with school(tmp_path, (*ENDLESS, '-p', 'mentors:=[anna, bob]', '-p',
+                           'advice_timeouts:=[0.0, 0.05]'), []) as (own, _):
+        wait_until(log_has(own, 'no recommendation of bob came within 0.05 s'), 'bob is left')
+        wait_until(log_has(own, 'waits for a recommendation in state'), 'anna is not')
+        assert 'is the mentor anna running?' in own.log.read_text()
+
+
 @pytest.mark.parametrize('learner, message', [
+    ('advice_timeouts:=[1.0, 2.0]', "advice_timeouts must have one number for each of the mentors "
+     "[''], or one for all, got [1.0, 2.0]"),
+    ('advice_timeouts:=[-1.0]', 'advice_timeouts must have numbers of seconds in [0.0, 3600.0], '
+     'got [-1.0]'),
+    ('advice_timeouts:=[.nan]', 'advice_timeouts must have numbers of seconds in [0.0, 3600.0], '
+     'got [nan]'),
+    ('advice_timeouts:=[1]', 'parameter advice_timeouts must be a list of doubles such as '
+     '[0.5, 2.0], got [1]'),
     ('mentors:=[anna, anna]', "each mentor must have a name of its own, got 'anna' twice"),
     ('mentors:=[a b]', "the name of a mentor must be a letter, then letters, digits and single "
      "underscores between them, got 'a b'")])
-def test_names_that_cannot_be_end_a_learner_in_a_sentence(tmp_path, learner, message):
+def test_mentors_that_cannot_be_end_a_learner_in_a_sentence(tmp_path, learner, message):
     with run_nodes({'learner': ('-p', learner)}, tmp_path) as (own,):
         wait_until(lambda: own.end_report() is not None, 'it has ended')
         assert message in own.log.read_text() and 'exit code 2' in own.end_report()

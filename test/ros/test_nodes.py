@@ -94,8 +94,8 @@ def test_every_field_of_a_method_is_a_parameter_with_a_description(tmp_path, nod
         'grid_world': {'map', 'profile', 'seed', 'rate', 'state_dir'},
         'mentor': {'mentor', 'name', 'seed', 'budget', 'advising', 'state_dir'},
         'learner': {'method', 'profile', 'seed', 'map_period', 'remembers_advice',
-                    'advice_timeout', 'initial_learning', 'end_when_finished', 'state_dir',
-                    'mentors', *CONFIG_FIELDS}}
+                    'advice_timeout', 'advice_timeouts', 'initial_learning', 'end_when_finished',
+                    'state_dir', 'mentors', *CONFIG_FIELDS}}
     with nodes(tmp_path, grid_world=(), mentor=(), learner=()):
         for name, names in expect.items():
             listed = call(node, ListParameters, f'/{name}/list_parameters')
@@ -130,7 +130,7 @@ def call(node, kind, name, **request):
     ('learner', 'method:=sarse', 'learner: parameter method must be one of '
      f"{', '.join(METHODS['published'])}, got 'sarse'"),
     ('learner', 'trust:=blind', 'learner: parameter trust must be one of none, scheduled, beta, '
-     "explicit, shaping, jump_start, head_start, track_record, got 'blind'"),
+     "explicit, shaping, jump_start, head_start, track_record, returns, got 'blind'"),
     ('learner', 'belief_listen:=-1.0', 'learner: belief_listen and belief_discard must be above 0 '
      'where trust is beta, got -1.0 and 2.0'),
     ('grid_world', 'seed:=-1',
