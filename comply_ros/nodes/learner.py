@@ -141,7 +141,7 @@ class LearnerNode(ProtocolNode):
     def on_recommendation(self, name: str, msg: Recommendation) -> Outputs:
         """Return the action in the state that waited for this advice of a mentor."""
         if name not in self.machine.mentors:  # it joins at the next episode
-            return ()
+            return self.machine.hold_advice(name, msg)
         if name and msg.mentor != name:
             return (Rejected('another mentor', 'a recommendation on '
                              f'{name_of_mentor(RECOMMENDATION.name, name)} must have mentor '

@@ -138,7 +138,7 @@ class Learner:
             self.needs_checkpoint = True
 
     def _use_mentors(self, names: Sequence[str]) -> None:
-        self.agent.mentors, self._joining = tuple(names), list[str]()
+        self.agent.mentors, self._joining = tuple(names), dict[str, Recommendation | None]()
         self._advice = MentorAdvice(names, self.tracker.run)
         self.hears: list[Callable[[Recommendation], Outputs]] = [
             partial(self.on_recommendation, m=m) for m in range(len(names))]
@@ -153,7 +153,13 @@ class Learner:
 
         """
         validate_mentor_names((*self.expected_mentors, name))
-        self._joining.append(name)
+        self._joining[name] = None
+
+    def hold_advice(self, name: str, msg: Recommendation) -> Outputs:
+        """Hold the newest recommendation of a mentor that joins: it may be early; return none."""
+        if name in self._joining and msg.mentor == name:
+            self._joining[name] = msg
+        return ()
 
     def advice(self) -> NDArray[Any]:
         """
@@ -243,7 +249,7 @@ class Learner:
 
     def _start_step(self, msg: StateReward, s: int) -> Outputs:
         """Return the action in a state, if it does not need advice that is missing."""
-        joined = self._let_join() if self._joining and msg.step == 0 else ()
+        joined = self._let_join(msg) if self._joining and msg.step == 0 else ()
         early = self._advice.add_observation((msg.episode, msg.step), s)
         self.tracker.expected = None  # a repetition of this observation is no usual one
         self.waiting, outputs = msg, joined
@@ -261,15 +267,18 @@ class Learner:
             msg.state, None if self._remembers_advice else step_id(msg))
         return () if advice is None else self._answer(advice)
 
-    def _let_join(self) -> Outputs:
-        """Take the advice of those that want to join from here on; return outputs."""
-        names, self._joining = self._joining, []
-        for name in names:
+    def _let_join(self, msg: StateReward) -> Outputs:
+        """Take the advice of those that want to join from this state on; return outputs."""
+        joining, self._joining = self._joining, {}
+        outputs = ()
+        for name, early in joining.items():
             self.agent.add_mentor(name)
             self._hear(name)
+            if early and early[:3] == msg[:3]:  # it has answered this observation already
+                outputs += self.hears[-1](early)
         self.needs_checkpoint = True
-        shown = (name or 'the mentor without a name' for name in names)
-        return (Notice(f'takes the advice of {", ".join(shown)} too'),)
+        shown = (name or 'the mentor without a name' for name in joining)
+        return (Notice(f'takes the advice of {", ".join(shown)} too'), *outputs)
 
     def _hear(self, name: str) -> None:
         self._advice.add_mentor(name)

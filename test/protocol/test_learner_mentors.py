@@ -220,6 +220,52 @@ def test_one_who_joins_is_listened_to_from_the_next_episode_on():
     assert action.all_advice == (UP, RIGHT)
 
 
+def joining(*held, name='bob'):
+    """Return what a learner does in episode 2, where one joins whose advice it held before."""
+    learner = make_learner(('anna',))
+    learner.observe(state())
+    hear_all(learner)
+    learner.join(name)
+    for each in held:
+        assert learner.hold_advice(name, each) == ()
+    end_episode(learner)
+    outputs = learner.observe(state(episode=2))
+    assert outputs[0] == Notice(f'takes the advice of {name} too')
+    return learner, outputs[1:]
+
+
+def test_one_who_joins_and_answered_the_first_observation_before_it_came_is_not_waited_for():
+    late = advice(episode=1, step=3, s=5)._replace(mentor='bob')
+    early = advice(episode=2, action=RIGHT)._replace(mentor='bob')
+    learner, (action,) = joining(late, early)
+    assert action.all_advice == (UP, RIGHT)
+    assert ReceivedOtherAdvice(BOB, RUN, 2, 0, 0, RIGHT) in learner.journal_entries
+
+
+@pytest.mark.parametrize('held', [
+    advice(episode=1, step=3, s=5)._replace(mentor='bob'), advice(episode=2),
+    advice(episode=2)._replace(mentor='bob', run=RUN + 1)],
+    ids=['earlier', 'of another mentor', 'of another run'])
+def test_other_advice_of_one_who_joins_does_not_count(held):
+    learner, outputs = joining(held)
+    assert outputs == ()
+    assert learner.missing_mentors() == ['bob']
+    action, = hear(learner, BOB, episode=2, action=RIGHT)
+    assert action.all_advice == (UP, RIGHT)
+
+
+def test_early_advice_that_cannot_be_is_rejected_when_its_mentor_joins():
+    learner, (rejected,) = joining(advice(episode=2, action=9)._replace(mentor='bob'))
+    assert type(rejected) is Rejected and learner.missing_mentors() == ['bob']
+
+
+def test_nothing_is_held_of_a_mentor_that_does_not_join():
+    learner = make_learner(('anna',))
+    learner.observe(state())
+    assert learner.hold_advice('bob', advice()._replace(mentor='bob')) == ()
+    assert learner.missing_mentors() == ['anna']
+
+
 def test_several_may_join_at_once_and_what_was_learned_stays():
     learner = make_learner(('anna',), trust='beta')
     learner.observe(state())
