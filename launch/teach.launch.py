@@ -137,9 +137,10 @@ def nodes(context: LaunchContext) -> list[Node]:
         raise ValueError(f'params_file must be a file, got {given["params_file"]!r}')
     mentors, robots = mentors_of(given), robots_of(given)
     learning = {namespace for namespace, _ in robots}
-    return [node for namespace, seed in robots
-            for node in (*robot(given, namespace, seed, mentors, learning),
-                         *viewers({**given, 'namespace': namespace}))] + observers(given)
+    return [*teachers(given, mentors, [namespace for namespace, _ in robots]),
+            *(node for namespace, seed in robots
+              for node in (*robot(given, namespace, seed, list(mentors), learning),
+                           *viewers({**given, 'namespace': namespace}))), *observers(given)]
 
 
 def mentors_of(given: dict[str, str]) -> dict[str, str]:
@@ -172,25 +173,36 @@ def whole_number(name: str, text: str) -> int:
     return int(text)
 
 
-def robot(given: dict[str, str], namespace: str, seed: str, mentors: dict[str, str],
-          learning: set[str]) -> list[Node]:
+def teachers(given: dict[str, str], mentors: dict[str, str], robots: list[str]) -> list[Node]:
     """
-    Return the world, the mentors and the learner of one robot.
+    Return the mentors, each for all robots.
 
     mentors: by their names; empty for the one of the argument `mentor`.
+    robots: their namespaces; a mentor is in the first one, and teaches the others too.
+    """
+    given, first = {**given, 'namespace': robots[0]}, given['mentor_seed'] or '0'
+    others = {'robots': [f'/{each.strip("/")}' for each in robots[1:]]} if robots[1:] else {}
+    several = [node_of('mentor', mentor_node(name), given, {
+        'mentor': text, 'name': name, 'seed': whole_number('mentor_seed', first) + place,
+        **others}) for place, (name, text) in enumerate(mentors.items())]
+    return several or [node_of('mentor', 'mentor', given, others)]
+
+
+def robot(given: dict[str, str], namespace: str, seed: str, mentors: list[str],
+          learning: set[str]) -> list[Node]:
+    """
+    Return the world and the learner of one robot.
+
+    mentors: names of those of several, which the learner waits for.
     learning: namespaces whose learner has not ended; the launch ends with the last one.
     """
-    given, first = {**given, 'namespace': namespace, 'seed': seed}, given['mentor_seed'] or '0'
-    several = [node_of('mentor', mentor_node(name), given, {
-        'mentor': text, 'name': name, 'seed': whole_number('mentor_seed', first) + place})
-        for place, (name, text) in enumerate(mentors.items())]
+    given = {**given, 'namespace': namespace, 'seed': seed}
 
     def is_last() -> bool:
         learning.discard(namespace)
         return not learning
     return [node_of('grid_world', 'grid_world', given, {}),
-            *(several or [node_of('mentor', 'mentor', given, {})]),
-            node_of('learner', 'learner', given, {'mentors': list(mentors)} if mentors else {},
+            node_of('learner', 'learner', given, {'mentors': mentors} if mentors else {},
                     is_last)]
 
 

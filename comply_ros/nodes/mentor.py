@@ -2,7 +2,7 @@
 """The node `mentor`: recommends an action in every state, by a policy made for the world."""
 
 from array import array
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from functools import partial
 import hashlib
@@ -15,6 +15,7 @@ from comply_ros.mentor.mentor_policies import (
     LEARNER,
     MentorError,
     MentorSpec,
+    NAMESPACE,
     parse_mentor_spec,
 )
 from comply_ros.mentor.policy_validation import PolicyError
@@ -28,6 +29,7 @@ from comply_ros.nodes.parameters import (
     MENTOR_NAME,
     MENTOR_SEED,
     ParameterError,
+    ROBOTS,
 )
 from comply_ros.nodes.protocol_node import map_text, ProtocolNode
 from comply_ros.nodes.spin import run_node
@@ -55,9 +57,24 @@ from comply_ros.protocol.validation import rejected_description
 from comply_ros.storage.mentor_cache import is_slow, mentor_policy, read_mentor_spec
 from comply_ros.storage.state_store import StateError
 from comply_ros.world.grid import NO_ACTION
+from comply_ros.world.mdp import World
 from comply_ros.world.planning import PlanningError
 
 POLL = 0.02  # seconds between checks of a policy that is being made
+
+
+class PoliciesInMaking:
+    """Makes a policy in the background, once for all the mentors of this process and a world."""
+
+    def __init__(self) -> None:
+        self._world: World | None = None
+        self._made: Future[Any] = Future()
+
+    def policy(self, spec: MentorSpec, world: World, seed: int) -> Future[Any]:
+        """Return the `Future` of the policy of a mentor; all have the same spec and seed."""
+        if self._world is None or self._world.source != world.source:
+            self._world, self._made = world, in_background(mentor_policy, spec, world, seed)
+        return self._made
 
 
 class MentorNode(ProtocolNode):
@@ -65,10 +82,14 @@ class MentorNode(ProtocolNode):
     Makes a policy in the background for each new world, then answers observations by it.
 
     One that follows another learner has the policies that this publishes.
+
+    policies: of the mentors of this process.
     """
 
-    def __init__(self, **kwargs: Any) -> None:
+    def __init__(self, policies: PoliciesInMaking | None = None, **kwargs: Any) -> None:
         super().__init__('mentor', **kwargs)
+        self.robots = [each for each in self.declare(ROBOTS) if each]
+        self._policies = policies or PoliciesInMaking()
         self._mentor, self._seed = self.declare(MENTOR), self.declare(MENTOR_SEED)
         self._spec = followed_learner(self._mentor) or read_mentor_spec(self._mentor)
         self.machine = self._make_machine(self.declare(BUDGET), self.declare(ADVISING),
@@ -140,7 +161,7 @@ class MentorNode(ProtocolNode):
         world = self.machine.world
         if is_slow(self._spec, world, self._seed):
             self.get_logger().info('generates this mentor; it is in the cache at the next start')
-        self._made = in_background(mentor_policy, self._spec, world, self._seed)
+        self._made = self._policies.policy(self._spec, world, self._seed)
         if self._poll is None:
             self._poll = steady_timer(self, POLL, self._use_policy)
 
@@ -170,6 +191,45 @@ class MentorNode(ProtocolNode):
             'budget': self.get_parameter('budget').value,
             'advising': self.get_parameter('advising').value,
             'policy': hashlib.sha256(policy.tobytes()).hexdigest()}, (StateReward, ReceivedAction))
+
+
+def mentors_of_robots() -> list[MentorNode]:
+    """
+    Return a mentor, and one for each robot of its parameter `robots`.
+
+    All have its name and parameters. Remappings count for the first one only.
+
+    Raises
+    ------
+    ParameterError: for robots that cannot be.
+
+    """
+    policies = PoliciesInMaking()
+    first = MentorNode(policies)
+    validate_robots(first.robots, first.get_namespace())
+    given = list(first._parameter_overrides.values())
+    return [first, *(MentorNode(
+        policies, namespace=robot, use_global_arguments=False, parameter_overrides=given,
+        cli_args=['--ros-args', '-r', f'__node:={first.get_name()}'])
+        for robot in first.robots)]
+
+
+def validate_robots(robots: Sequence[str], own: str) -> None:
+    """
+    Return if a mentor in the namespace `own` can teach these other robots too.
+
+    Raises
+    ------
+    ParameterError: otherwise.
+
+    """
+    for place, robot in enumerate(robots):
+        if not NAMESPACE.fullmatch(robot):
+            raise ParameterError('parameter robots must have namespaces such as /robot_2, got '
+                                 f'{robot!r}')
+        if robot in (own, *robots[:place]):
+            raise ParameterError('parameter robots must have each robot once, and not the one in '
+                                 f'the namespace of this node, {own}, got {list(robots)}')
 
 
 def followed_learner(mentor: str) -> MentorSpec | None:
@@ -212,5 +272,5 @@ def policy_message(machine: Mentor) -> Policy:
 
 def main(argv: list[str]) -> int:
     """Run the node; return the exit code."""
-    return run_node(MentorNode, argv, (ParameterError, MentorError, MentorNameError, PolicyError,
-                                       PlanningError, StateError))
+    return run_node(mentors_of_robots, argv, (
+        ParameterError, MentorError, MentorNameError, PolicyError, PlanningError, StateError))

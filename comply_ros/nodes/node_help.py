@@ -17,7 +17,7 @@ NODE_PARAMETERS: dict[str, tuple[Parameter, ...]] = {
                   parameters.BINS, parameters.LIMITS, parameters.USE_TABLE, parameters.IMAGE_RATE,
                   parameters.RATE, parameters.STATE_DIR),
     'mentor': (parameters.MENTOR, parameters.MENTOR_NAME, parameters.MENTOR_SEED,
-               parameters.BUDGET, parameters.ADVISING, parameters.STATE_DIR),
+               parameters.BUDGET, parameters.ADVISING, parameters.ROBOTS, parameters.STATE_DIR),
     'learner': (parameters.METHOD, parameters.PROFILE, parameters.SEED,
                 *config_parameters(find_method(parameters.METHOD.default,
                                                parameters.PROFILE.default)),

@@ -77,6 +77,9 @@ MENTOR = Parameter(
 MENTOR_NAME = Parameter(
     'name', '', 'Name of this mentor, where a learner has several: it publishes on '
     'mentors/NAME/recommendation; empty: the only one, on recommendation')
+ROBOTS = Parameter(
+    'robots', [''], 'Namespaces of other robots, such as /robot_2, that this process teaches too: '
+    'a node in each, by the same policy, each with a budget of its own; an empty one is none')
 MENTORS = Parameter(
     'mentors', [''], 'Names of the mentors that the learner waits for in every state; an empty '
     'one publishes on recommendation. Others that it finds join at the next episode, and are '

@@ -31,8 +31,9 @@ def run_node(make_node: Callable[[], Any], argv: list[str],
     """
     Spin a node until it is interrupted; return the exit code of the process.
 
-    make_node: called without arguments; the node's `mistake`, if set, ends it, and so does
-        `has_ended`, if it is true; its `leave()` is called at the end.
+    make_node: called without arguments; returns a node, or a list of some that spin together.
+        The `mistake` of a node, if set, ends it, and so does `has_ended`, if it is true; its
+        `leave()` is called at the end.
     argv: the command line.
     mistakes: exception types whose message is for the user: printed on one line, exit code 2,
         or that of its attribute `exit_code`.
@@ -85,17 +86,23 @@ def _before_ros_arguments(argv: list[str]) -> list[str]:
     return list(takewhile(lambda word: word != '--ros-args', argv[1:]))
 
 
-def _spin(node: Any, stop: StopFlag) -> None:
-    executor = EventsExecutor()
-    executor.add_node(node)
+def _spin(made: Any, stop: StopFlag) -> None:
+    nodes, executor = made if isinstance(made, list) else [made], EventsExecutor()
+    for node in nodes:
+        executor.add_node(node)
     gc.freeze()  # what a node is made of is not looked through while it runs
     gc.set_threshold(GARBAGE_THRESHOLD)
-    node.get_logger().info('ready')
+    for node in nodes:
+        node.get_logger().info('ready')
+    has_ended = False
     try:
-        while rclpy.ok() and not stop.is_set() and not node.has_ended:
+        while rclpy.ok() and not stop.is_set() and not has_ended:
             executor.spin_once(timeout_sec=POLL_PERIOD)  # spin() of the wheels loops when idle
-            if node.mistake:
-                raise node.mistake
+            for node in nodes:
+                has_ended = has_ended or node.has_ended
+                if node.mistake:
+                    raise node.mistake
     finally:
-        node.leave()
+        for node in nodes:
+            node.leave()
         executor.shutdown()  # before its node is destroyed

@@ -25,11 +25,18 @@ from tools.benchmarks.interleave import Bench, BenchmarkError, ratios, Row
 from tools.benchmarks.map_scaling import room, write_advice, write_room
 from tools.benchmarks.processes import measure, ROOT, wait_until
 from tools.benchmarks.report import as_json, cells, machine
-from tools.benchmarks.robots import count_steps, Load, load_rows, processor_seconds
+from tools.benchmarks.robots import (
+    candidates,
+    count_steps,
+    Load,
+    load_rows,
+    processor_seconds,
+    Robots,
+)
 from tools.benchmarks.step_times import loop_speed, StepTimes, TIMES_FILE, WARM_FILE
 
 SECTIONS = {'loop': 11, 'choices': 4, 'engine': len(METHODS['published']) + 1, 'growth': 9,
-            'start': 6, 'where': 55, 'robots': 6,
+            'start': 6, 'where': 55, 'robots': 12,
             'model': 8}  # rows that there are at least
 
 
@@ -76,14 +83,18 @@ def test_ctrl_c_ends_the_benchmark_and_the_nodes_that_it_started(tmp_path, domai
 
 
 def test_the_load_of_several_robots_is_that_of_all_in_the_same_time():
-    rows = list(load_rows({1: [Load(2000.0, 1.5)], 2: [Load(3000.0, 1.8)]}))
+    rows = list(load_rows({Robots(1): [Load(2000.0, 1.5, 210.0)],
+                           Robots(2, True): [Load(3000.0, 1.8, 350.0)]}))
     assert [(row.name, row.values) for row in rows] == [
         ('one robot: steps per second in all', [2000.0]),
         ('one robot: processors in use', [1.5]),
         ('one robot: processor time of a step, microseconds', [750.0]),
-        ('2 robots: steps per second in all', [3000.0]),
-        ('2 robots: processors in use', [1.8]),
-        ('2 robots: processor time of a step, microseconds', [600.0])]
+        ('one robot: memory, MB', [210.0]),
+        ('2 robots, one mentor: steps per second in all', [3000.0]),
+        ('2 robots, one mentor: processors in use', [1.8]),
+        ('2 robots, one mentor: processor time of a step, microseconds', [600.0]),
+        ('2 robots, one mentor: memory, MB', [350.0])]
+    assert candidates([1, 2]) == [Robots(1), Robots(2), Robots(2, True)]
     times = np.array([-10, 20, 30, 40, -50, 60])  # two starts of an episode, and four steps
     assert count_steps(times, 20, 60) == 3
 

@@ -92,7 +92,7 @@ def test_every_field_of_a_method_is_a_parameter_with_a_description(tmp_path, nod
     from rcl_interfaces.srv import DescribeParameters, ListParameters
     expect = {
         'grid_world': {'map', 'profile', 'seed', 'rate', 'state_dir'},
-        'mentor': {'mentor', 'name', 'seed', 'budget', 'advising', 'state_dir'},
+        'mentor': {'mentor', 'name', 'seed', 'budget', 'advising', 'robots', 'state_dir'},
         'learner': {'method', 'profile', 'seed', 'map_period', 'remembers_advice',
                     'advice_timeout', 'advice_timeouts', 'initial_learning', 'end_when_finished',
                     'state_dir', 'mentors', *CONFIG_FIELDS}}

@@ -17,7 +17,7 @@ from comply_ros.learner.presets import METHODS
 
 TOP = Path(__file__).parents[2]
 KNOWN = {'grid_world': {'map', 'profile', 'seed', 'rate', 'state_dir'},
-         'mentor': {'mentor', 'seed', 'budget', 'advising', 'state_dir'},
+         'mentor': {'mentor', 'seed', 'budget', 'advising', 'robots', 'state_dir'},
          'learner': {'method', 'profile', 'seed', 'map_period', 'remembers_advice',
                      'advice_timeout', 'advice_timeouts', 'initial_learning', 'state_dir',
                      'end_when_finished', *CONFIG_FIELDS}}

@@ -24,7 +24,7 @@ from tools.benchmarks.callback_timer import CallbackTimer, ReactionTimer
 from tools.benchmarks.empty_ring import SPIN_TIMEOUT
 from tools.benchmarks.step_times import StepTimes
 
-CLASSES = {'grid_world': 'GridWorldNode', 'mentor': 'MentorNode', 'learner': 'LearnerNode'}
+MAKERS = {'grid_world': 'GridWorldNode', 'mentor': 'mentors_of_robots', 'learner': 'LearnerNode'}
 LOOP_TOPICS = ('STATE', 'RECOMMENDATION', 'ACTION')
 
 
@@ -69,13 +69,14 @@ def recorded(on_action: Callable[[Any, Any], Any],
     return on_recorded_action
 
 
-def spin_together(makers: Sequence[Callable[[], Node]], argv: Sequence[str]) -> None:
+def spin_together(makers: Sequence[Callable[[], Node | list[Node]]], argv: Sequence[str]) -> None:
     """Spin several nodes on one executor until the process is interrupted."""
     with interrupts() as stop:
         rclpy.init(args=list(argv), signal_handler_options=SignalHandlerOptions.NO)
-        executor, nodes = EventsExecutor(), [make() for make in makers]
-        for node in nodes:
-            executor.add_node(node)
+        executor, made = EventsExecutor(), [make() for make in makers]
+        for each in made:
+            for node in each if isinstance(each, list) else [each]:
+                executor.add_node(node)
         while not stop.is_set():
             executor.spin_once(timeout_sec=SPIN_TIMEOUT)
         rclpy.try_shutdown()
@@ -95,7 +96,7 @@ def main(argv: Sequence[str]) -> int:
         VARIANTS[variant]()
     timers = [TIMERS[variant](Path(folder) / f'{names}.json')
               for variant in variants if variant in TIMERS]
-    makers = [getattr(import_module(f'comply_ros.nodes.{name}'), CLASSES[name])
+    makers = [getattr(import_module(f'comply_ros.nodes.{name}'), MAKERS[name])
               for name in names.split('+')]
     times = StepTimes(Path(folder))
     if 'grid_world' in names:

@@ -31,6 +31,11 @@ def three_processes(*variants: str) -> Members:
     return [('instrumented_nodes', name, *variants) for name in NODES]
 
 
+def two_processes() -> Members:
+    """Members of a loop whose mentor is in a process of another loop."""
+    return [('instrumented_nodes', name) for name in NODES if name != 'mentor']
+
+
 def one_process(*variants: str) -> Members:
     """Members of a loop of the three nodes in one process."""
     return [('instrumented_nodes', '+'.join(NODES), *variants)]
@@ -52,6 +57,11 @@ def write_parameters(folder: Path, world: Mapping[str, Any] | None = None,
     return path
 
 
+def namespace_of(loop: str) -> str:
+    """Return the namespace of one of several loops; '' for the only one."""
+    return f'/benchmark_{os.getpid()}/{loop.strip("/")}'.rstrip('/')
+
+
 @contextmanager
 def running(folder: Path, members: Members, parameters: Path | None = None,
             namespace: str = '') -> Generator[list[subprocess.Popen]]:
@@ -62,7 +72,7 @@ def running(folder: Path, members: Members, parameters: Path | None = None,
     """
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
-    arguments = ['--ros-args', '-r', f'__ns:=/benchmark_{os.getpid()}{namespace}']
+    arguments = ['--ros-args', '-r', f'__ns:={namespace_of(namespace)}']
     if parameters:
         arguments += ['--params-file', str(parameters)]
     environment = {**os.environ, 'PYTHONPATH': f'{ROOT}:{os.environ.get("PYTHONPATH", "")}'}
