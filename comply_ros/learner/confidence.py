@@ -123,19 +123,35 @@ def apply_advice_prior(s: int, advice: Advice, config: KernelConfig, state: Lear
     if len(config.has_model) > 0:
         hear_advice(s, advice, config, state)
         return
+    if config.trust == HEAD_START:
+        raise_advised_values(s, advice, config, state)
+    elif config.learns_prior:
+        for m in range(len(config.mentors)):
+            row = m * len(state.departures) + s
+            if advice[m] >= 0 and state.belief[row, IN_POOL] == 0.0:
+                state.belief[row, LISTEN], state.belief[row, DISCARD] = pooled_belief(
+                    m, config, state)
+
+
+@kernel
+def raise_advised_values(s: int, advice: Advice, config: KernelConfig,
+                         state: LearnerState) -> None:
+    """
+    Change the values of actions advised in state s, once each, then the counts of best advice.
+
+    advice: `advice[m]`, -1 for none.
+    """
     for m in range(len(config.mentors)):
-        row = m * len(state.departures) + s
-        if advice[m] >= 0 and config.trust == HEAD_START:
+        if advice[m] >= 0:
+            row = m * len(state.departures) + s
             if state.visits[s, advice[m]] == 1.0:
                 state.q[s, advice[m]] += state.belief[row, LISTEN]
             state.belief[row, LISTEN] = 0.0
-        elif advice[m] >= 0 and config.learns_prior and state.belief[row, IN_POOL] == 0.0:
-            state.belief[row, LISTEN], state.belief[row, DISCARD] = pooled_belief(
-                m, config, state)
+    best = max_q_except(s, -1, state.q, config.actions)
     for m in range(len(config.mentors)):
-        if advice[m] >= 0 and config.trust == HEAD_START:
+        if advice[m] >= 0:
             state.advice_seen[m] += 1.0
-            if state.q[s, advice[m]] == max_q_except(s, -1, state.q, config.actions):
+            if state.q[s, advice[m]] == best:
                 state.advice_agreed[m] += 1.0
 
 

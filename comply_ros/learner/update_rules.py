@@ -56,9 +56,10 @@ def learn(s: int, a: int, r: float, s2: int, a2: int, done: bool, advice: Advice
         elif config.expects:
             following = expected_value(s2, config, state)
         target += config.discount * following
-    for m in range(len(config.mentors)):
-        if config.trust == BETA and advice[m] >= 0:
-            update_belief(s, a, m, advice[m], target - q[s, advice[m]], config, state)
+    if config.trust == BETA:
+        for m in range(len(config.mentors)):
+            if advice[m] >= 0:
+                update_belief(s, a, m, advice[m], target - q[s, advice[m]], config, state)
     change = learning_rate(visits[s, a], config) * (target - q[s, a])
     if config.replays:
         record_outcome(s, a, r, s2, done, visits[s, a], state.outcomes)
@@ -73,9 +74,10 @@ def learn(s: int, a: int, r: float, s2: int, a2: int, done: bool, advice: Advice
     visits[s, a] += config.visit_growth
     if config.replays:
         backup(s, config.discount, q, visits, state.outcomes, config.actions)
-    for m in range(len(config.mentors)):
-        if config.trust == EXPLICIT and advice[m] >= 0:
-            update_belief(s, a, m, advice[m], 0.0, config, state)
+    if config.trust == EXPLICIT:
+        for m in range(len(config.mentors)):
+            if advice[m] >= 0:
+                update_belief(s, a, m, advice[m], 0.0, config, state)
 
 
 @kernel
