@@ -9,6 +9,7 @@ a list of actions at the end, one `struct` call does the same in a tenth of the 
 
 from array import array
 from collections.abc import Callable
+from functools import partial
 from struct import Struct
 from typing import Any, NamedTuple
 
@@ -23,6 +24,7 @@ CODES = {'boolean': ('?', 1), 'int8': ('b', 1), 'uint8': ('B', 1), 'int16': ('h'
 HEADER, TEXT, ACTIONS = 'std_msgs/Header', 'string', 'sequence<int16>'
 HEADER_SIZE = 13  # bytes of a header with an empty frame_id: two numbers, a length and a zero
 LITTLE_ENDIAN = 0x0100  # the bytes 0 and 1 of plain CDR, as one little-endian number
+PLAIN = LITTLE_ENDIAN, 1  # what is unpacked of a message in plain CDR with an empty frame_id
 
 Clock = Callable[[], int]  # nanoseconds since 1970
 
@@ -63,24 +65,23 @@ def decoder(message: type[Any], tuple_type: type[Any]) -> Callable[[bytes], Any]
 
     The header is dropped. Raises whatever rclpy does for bytes that are no such message.
     """
-    found, make, names = layout(message), tuple_type._make, tuple_type._fields
+    found, names = layout(message), tuple_type._fields
     assert found is not None
+    make = partial(tuple.__new__, tuple_type)  # half the time of `_make`
     size, last = found.size, found.end
     unpack = Struct(f'<H10xIx{found.fields}').unpack_from
 
     def decode(content: bytes) -> Any:
         if len(content) >= size:
-            encoding, frame, *values = unpack(content)
-            if encoding == LITTLE_ENDIAN and frame == 1:
+            values = unpack(content)
+            if values[:2] == PLAIN:
                 if not last:
-                    return make(values)
+                    return make(values[2:])
                 end = size + values[-1] * (1 if last == TEXT else 2)
                 if last == TEXT and size < end <= len(content):
-                    values[-1] = str(content[size:end - 1], 'utf-8')
-                    return make(values)
+                    return make((*values[2:-1], str(content[size:end - 1], 'utf-8')))
                 if last == ACTIONS and end <= len(content):
-                    values[-1] = actions_in(content[size:end]) if values[-1] else ()
-                    return make(values)
+                    return make((*values[2:-1], actions_in(content[size:end])))
         converted = deserialize_message(content, message)  # another encoding, or a frame_id
         found = [getattr(converted, name) for name in names]
         return make(found[:-1] + [tuple(found[-1])] if last == ACTIONS else found)
@@ -89,7 +90,7 @@ def decoder(message: type[Any], tuple_type: type[Any]) -> Callable[[bytes], Any]
 
 def actions_in(content: bytes) -> tuple[int, ...]:
     """Return the actions in the bytes of a list of them."""
-    return tuple(value for value, in Struct('<h').iter_unpack(content))
+    return tuple(value for value, in Struct('<h').iter_unpack(content)) if content else ()
 
 
 def encoder(message: type[Any], clock: Clock) -> Callable[[Any], bytes]:
@@ -112,7 +113,7 @@ def encoder(message: type[Any], clock: Clock) -> Callable[[Any], bytes]:
             + content
 
     def encode_with_actions(values: Any) -> bytes:
-        *numbers, actions = values
-        fixed = pack(LITTLE_ENDIAN, *divmod(clock(), NANOSECONDS), 1, *numbers, len(actions))
+        actions = values[-1]
+        fixed = pack(LITTLE_ENDIAN, *divmod(clock(), NANOSECONDS), 1, *values[:-1], len(actions))
         return fixed + array('h', actions).tobytes() if actions else fixed
     return {TEXT: encode_with_text, ACTIONS: encode_with_actions}.get(found.end, encode)

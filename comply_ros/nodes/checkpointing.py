@@ -44,11 +44,14 @@ class Checkpointing:
 
         Return whether it is written. If not, call again: the next call writes what is left.
         """
+        if self.store is None:
+            machine.journal_entries.clear()
+            return True
         try:
-            if self.store and (machine.needs_checkpoint or self.store.sync_error):
+            if machine.needs_checkpoint or self.store.sync_error:
                 self.store.write_checkpoint(*machine.state_dict())
                 machine.needs_checkpoint = False
-            elif self.store:
+            else:
                 self.store.append(machine.journal_entries)
         except OSError as error:
             if self.error is None:
@@ -61,7 +64,7 @@ class Checkpointing:
         if self.error:
             self._node.get_logger().info('state_dir can be written again: continues')
             self.error = None
-        if self.store and self.store.is_checkpoint_due():
+        if self.store.is_checkpoint_due():
             try:
                 self.store.write_checkpoint(*machine.state_dict())
             except OSError as error:

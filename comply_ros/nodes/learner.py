@@ -140,13 +140,14 @@ class LearnerNode(ProtocolNode):
 
     def on_recommendation(self, name: str, msg: Recommendation) -> Outputs:
         """Return the action in the state that waited for this advice of a mentor."""
-        if name not in self.machine.mentors:  # it joins at the next episode
-            return self.machine.hold_advice(name, msg)
+        machine, mentors = self.machine, self.machine.mentors
+        if name not in mentors:  # it joins at the next episode
+            return machine.hold_advice(name, msg)
         if name and msg.mentor != name:
             return (Rejected('another mentor', 'a recommendation on '
                              f'{name_of_mentor(RECOMMENDATION.name, name)} must have mentor '
                              f'{name!r}, got {msg.mentor!r}'),)
-        return self._with_maps(self.machine.hears[self.machine.mentors.index(name)](msg))
+        return self._with_maps(machine.hears[mentors.index(name)](msg))
 
     def on_world(self, msg: WorldDescription) -> Outputs:
         """Return outputs for a world, and for a state of it that came before."""
@@ -246,6 +247,7 @@ class LearnerNode(ProtocolNode):
         """Continue from the saved state, if there is one."""
         saved, machine = self.checkpointing.load(
             identity, LEARNER_JOURNAL, {**LATER_FIELDS, 'mentors': list(ONE_MENTOR)}), self.machine
+        machine.keeps_journal = self.checkpointing.store is not None
         self._home: str | None = None  # the hash of the world that the state is of
         if saved is None:
             return

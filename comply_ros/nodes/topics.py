@@ -119,9 +119,10 @@ def reader(topic: Topic) -> Callable[[bytes], Any]:
     That raises MessageError for other bytes, and for a world that is too large.
     """
     decode = cdr.decoder(topic.message, topic.tuple_type) if topic.raw else _slow_decoder(topic)
+    describes = topic.tuple_type is messages.WorldDescription
 
     def read(content: bytes) -> Any:
-        if topic.tuple_type is messages.WorldDescription:
+        if describes:
             check_description_size(len(content))
         try:
             return decode(content)

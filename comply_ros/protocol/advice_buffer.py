@@ -55,6 +55,18 @@ class AdviceBuffer:
         """Return the newest advice in a state, None if there is none."""
         return self._advice.get(state)
 
+    def add_same_advice(self, msg: Recommendation) -> bool:
+        """Remember the newest advice of a state once more, if that is what it is: the usual."""
+        state, action = msg.state, msg.action
+        last = self._advice.get(state)
+        if last is None or last.action != action:
+            return False
+        here = msg.episode, msg.step
+        if self._observed.get(here) != state or here <= (last.episode, last.step):
+            return False
+        self._advice[state] = msg
+        return True
+
     def add_advice(self, msg: Recommendation, world: World) -> tuple[bool, Outputs]:
         """Return whether advice counts, and why not."""
         problem = validate_recommendation(msg, world)

@@ -40,17 +40,18 @@ class LastAnswer:
 
     def add(self, decision: Decision, advice: Sequence[int]) -> None:
         """Note the advice that a decision had; `act` or `end_episode` makes the action of it."""
-        self._mentor = max(decision.mentor, 0)
-        self._advice = advice[self._mentor]
-        self._all_advice = tuple(advice) if len(advice) > 1 else ()
+        m = decision.mentor
+        self._mentor = m = m if m > 0 else 0
+        self._advice, self._all_advice = advice[m], tuple(advice) if len(advice) > 1 else ()
 
-    def act(self, run: int, step: StepId, decision: Decision, learner: int,
+    def act(self, run: int, episode: int, step: int, decision: Decision, learner: int,
             observation_count: int) -> Action:
         """Return the action of the decision that was added last."""
-        self.action = self.advised_action = Action(
-            run, *step, decision.action, decision.followed, decision.confidence, learner,
-            self._advice, observation_count, self._mentor, self._all_advice)
-        return self.action
+        a, followed, p, _, _ = decision
+        self.action = self.advised_action = action = Action(
+            run, episode, step, a, followed, p, learner, self._advice, observation_count,
+            self._mentor, self._all_advice)
+        return action
 
     def end_episode(self, run: int, step: StepId, learner: int, observation_count: int) -> Action:
         """Return the action that lets the next episode start."""

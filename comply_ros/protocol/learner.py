@@ -72,6 +72,7 @@ class Learner:
     changes: the settings that were changed while it ran, by name; part of its state.
     hears: for each mentor, a function from a recommendation to outputs.
     journal_entries: what it received and must be in the journal before its outputs are published.
+    keeps_journal: whether its answers are among them; False where nothing is stored.
     needs_checkpoint: whether its state does not follow from its journal, so that a checkpoint must
         be written before its outputs are published.
 
@@ -88,6 +89,7 @@ class Learner:
         self.reports: deque[Progress] = deque(maxlen=REPORTS)
         self.changes: dict[str, Any] = {}
         self.journal_entries: list[Any] = []
+        self.keeps_journal = True
         self.needs_checkpoint = False
         self._forget_answers()
 
@@ -292,14 +294,15 @@ class Learner:
         """
         if msg.run != self.tracker.run:
             return self.tracker.hold(self.hears[m], msg, 'a recommendation')
-        before = self._advice.newest_advice(m, msg.state) if self._remembers_advice else None
-        counts, outputs = self._advice.add_advice(m, msg, self._world)
-        if not counts:
-            return outputs
-        if before is None or before.action != msg.action:  # else it is known already
-            received = msg[:5]
-            self.journal_entries.append(ReceivedOtherAdvice(m, *received) if m else
-                                        ReceivedAdvice(*received))
+        if not (self._remembers_advice and self._advice.add_same_advice(m, msg)):
+            before = self._advice.newest_advice(m, msg.state) if self._remembers_advice else None
+            counts, outputs = self._advice.add_advice(m, msg, self._world)
+            if not counts:
+                return outputs
+            if before is None or before.action != msg.action:  # else it is known already
+                received = msg[:5]
+                self.journal_entries.append(ReceivedOtherAdvice(m, *received) if m else
+                                            ReceivedAdvice(*received))
         if self.waiting and step_id(msg) == step_id(self.waiting):
             return self._answer_if_advised(self.waiting)
         return ()
@@ -345,17 +348,17 @@ class Learner:
         assert msg is not None
         run, episode, step, s, reward, terminated, truncated, _ = msg
         self.waiting = None
-        for m in range(1, len(advice)):
-            self.journal_entries.append(OtherAdvice(m, advice[m]))
-        self.journal_entries.append(AnsweredObservation(
-            episode, step, s, reward, terminated, truncated, advice[0]))
+        if self.keeps_journal:
+            self.journal_entries += (
+                *(OtherAdvice(m, advice[m]) for m in range(1, len(advice))), AnsweredObservation(
+                    episode, step, s, reward, terminated, truncated, advice[0]))
         self.tracker.answer(msg)
         decision = self.agent.step(s, step, reward, terminated, truncated, advice)
         self._last_answer.add(decision, advice)
         if terminated or truncated:
             return self._finish_episode(run, decision, terminated)
-        return (self._last_answer.act(run, (episode, step), decision, self.number,
-                                      self.step_count - 1),)
+        return (self._last_answer.act(run, episode, step, decision, self.number,
+                                      self.agent.draws.used - 1),)
 
     def _finish_episode(self, run: int, decision: Decision, terminated: bool) -> Outputs:
         """Return the action that lets the next episode start, and the report of an iteration."""

@@ -38,15 +38,18 @@ class MentorAdvice:
         self.absent: set[int] = set()
         self._run, self._newest = run, newest
         self._buffers = [AdviceBuffer(run, newest) for _ in names]
+        self._complete: dict[int, tuple[int, ...]] = {}  # by state, as far as it was asked for
         self.silence = len(self.names) * (NO_ACTION,)
 
     def add_mentor(self, name: str) -> None:
         """Wait for the advice of one mentor more from now on."""
         self.names, self.silence = (*self.names, name), (*self.silence, NO_ACTION)
         self._buffers.append(AdviceBuffer(self._run, self._newest))
+        self._complete.clear()
 
     def forget(self) -> None:
         """Forget all advice; the observations stay known."""
+        self._complete.clear()
         for buffer in self._buffers:
             buffer.forget()
 
@@ -71,9 +74,16 @@ class MentorAdvice:
         step: of the observation, for which advice of an earlier one does not count; None where it
             does.
         """
+        complete = self._complete.get(state) if step is None else None
+        if complete is not None:
+            return complete
         advice = self.available_advice(state, step)
-        missing = {m for m, action in enumerate(advice) if action is None} - self.absent
-        return None if missing else tuple(NO_ACTION if each is None else each for each in advice)
+        if {m for m, action in enumerate(advice) if action is None} - self.absent:
+            return None
+        complete = tuple(NO_ACTION if each is None else each for each in advice)
+        if step is None:
+            self._complete[state] = complete
+        return complete
 
     def available_advice(self, state: int, step: StepId | None) -> list[int | None]:
         """Return the advice of each mentor in a state that is there, None where there is none."""
@@ -81,14 +91,22 @@ class MentorAdvice:
         return [None if msg is None or step is not None and step_id(msg) != step else msg.action
                 for msg in known]
 
+    def add_same_advice(self, m: int, msg: Recommendation) -> bool:
+        """Remember advice of mentor m if it is the newest one of its state once more."""
+        return m not in self.absent and self._buffers[m].add_same_advice(msg)
+
     def add_advice(self, m: int, msg: Recommendation, world: World) -> tuple[bool, Outputs]:
         """Return whether advice of mentor m counts, and why not."""
-        self.absent.discard(m)
+        if m in self.absent:
+            self.absent.remove(m)
+            self._complete.clear()
+        self._complete.pop(msg.state, None)
         return self._buffers[m].add_advice(msg, world)
 
     def restore_advice(self, m: int, msg: Recommendation) -> None:
         """Remember advice from a journal, which counted when it was received."""
         self._buffers[m].restore_advice(msg)
+        self._complete.clear()
 
     def advice(self, before: NDArray[Any]) -> NDArray[Any]:
         """Return `advice[m * n_states + s]`: the newest action, where there is none as before."""
@@ -103,6 +121,7 @@ class MentorAdvice:
         """Take over the advice that `arrays` returned."""
         for m, buffer in enumerate(self._buffers):
             buffer.load_array(arrays[_array_name(m)])
+        self._complete.clear()
 
 
 def _array_name(m: int) -> str:

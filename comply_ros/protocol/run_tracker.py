@@ -199,12 +199,12 @@ class RunTracker:
 
     def answer(self, msg: StateReward) -> None:
         """Note that an observation is answered now."""
-        episode, step = self.answered = msg.episode, msg.step
-        self.answered_state, self.left_to_others, self.late = msg.state, 0, None
-        self.episode_ended = msg.terminated or msg.truncated
+        run, episode, step, s, _, terminated, truncated, _ = msg
+        self.answered, self.answered_state = (episode, step), s
+        self.left_to_others, self.late, self.episode_ended = 0, None, terminated or truncated
         irregular = (self._held or self._doubted or self.gap_allowed or self.inactive
                      or self._left > self.answered)
-        self.expected = None if irregular or self.episode_ended else (msg.run, episode, step + 1)
+        self.expected = None if irregular or self.episode_ended else (run, episode, step + 1)
 
     def allow_gap(self) -> None:
         """Accept a gap before the next observation: messages may have been lost."""
@@ -218,7 +218,8 @@ class RunTracker:
 
     def is_usual_step(self, msg: StateReward) -> bool:
         """Tell whether an observation with the expected step id is possible in this world."""
-        last, s, successor = self.answered_state, msg.state, self._successor
+        last, successor = self.answered_state, self._successor
+        _, _, step, s, reward, terminated, truncated, _ = msg
         if not self._is_grid:
             world = self.world
             return (world is not None and validate_observation(msg, world) is None
@@ -226,9 +227,9 @@ class RunTracker:
         return (s >= 0  # -1 stands for the successor of an action that the state does not have
                 and (successor[last, 0] == s or successor[last, 1] == s
                      or successor[last, 2] == s or successor[last, 3] == s)
-                and msg.terminated == self._terminal[s]
-                and msg.truncated == (msg.step == self._step_limit and not msg.terminated)
-                and isfinite(msg.reward))
+                and terminated == self._terminal[s]
+                and truncated == (step == self._step_limit and not terminated)
+                and isfinite(reward))
 
     def too_late(self, step: StepId) -> Ignored:
         """Return `Ignored` for an observation of a step id before the last one."""
