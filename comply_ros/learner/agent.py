@@ -26,7 +26,7 @@ from comply_ros.learner.mentor_choice import record_return
 from comply_ros.learner.reconfigure import changed_state
 from comply_ros.learner.step_kernels import PLAIN, step_types, StepKernels
 from comply_ros.learner.update_rules import decay_schedules
-from comply_ros.numerics.jit import kernel, plain_view
+from comply_ros.numerics.jit import kernel, plain_fields, plain_view
 from comply_ros.numerics.rng import random_streams, UniformRows
 from comply_ros.numerics.summation import mean_in_order
 from comply_ros.world.grid import NO_ACTION
@@ -217,9 +217,9 @@ class Agent:
         a, p, m = self._kernels.choose_and_learn(
             self.learns, self._last_state, self._last_action if follows else NO_ACTION,
             self._last_advice, reward, s, step, terminated, advice, u_listen, u_act,
-            self.kernel_config, self._arrays, self._policy_view)
+            self._config, self._arrays, self._policy_view)
         if m >= 0:
-            count_confidences(p, advice, self._confidences, self.kernel_config, self._views)
+            count_confidences(p, advice, self._confidences, self._plain_config, self._views)
         if follows:
             self._return += reward
             self._iteration_steps += 1
@@ -296,7 +296,8 @@ class Agent:
         self._offered = kernels
         fits = kernels.types is not None and kernels.types == self.step_types
         self._kernels = kernels if fits else PLAIN
-        self._arrays = self.state if fits else self._views
+        self._config, self._arrays = (self.kernel_config, self.state) if fits else (
+            self._plain_config, self._views)
 
     @property
     def runs_machine_code(self) -> bool:
@@ -306,6 +307,7 @@ class Agent:
     def _use(self, state: LearnerState) -> None:
         self.state, self._views = state, state.views()
         self.kernel_config = self.config.for_kernels(self._world.n_actions, len(self.mentors))
+        self._plain_config = plain_fields(self.kernel_config)
         self.step_types = step_types(self.kernel_config, state)
         self.use_kernels(self._offered)
 
@@ -329,7 +331,7 @@ class Agent:
         self._whole_episode, self._return = False, 0.0
 
     def _end_traces(self) -> None:
-        self._kernels.finish_episode(self.kernel_config, self._arrays)
+        self._kernels.finish_episode(self._config, self._arrays)
 
     def _finish_episode(self) -> IterationResult | None:
         self._end_traces()

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from comply_ros.learner.learner_config import LearnerConfig
-from comply_ros.numerics.jit import plain_view
+from comply_ros.numerics.jit import plain_fields, plain_view
 from comply_ros.world.mdp import World
 
 ONE_MENTOR = ('',)  # the names of the mentors, where there is one without a name
@@ -112,9 +112,9 @@ class LearnerState(NamedTuple):
     followed: Array
     followed_mentor: Array
 
-    def views(self) -> LearnerState:
-        """Return memoryviews of the same arrays, for kernels that run as plain Python."""
-        return LearnerState(*map(plain_view, self))
+    def views(self) -> Any:
+        """Return memoryviews of the same arrays, by name, for kernels that run as plain Python."""
+        return plain_fields(LearnerState(*map(plain_view, self)))
 
     def digest(self) -> str:
         """SHA-256 (hex) over all elements as little-endian float64, field after field."""

@@ -349,9 +349,10 @@ class Learner:
         run, episode, step, s, reward, terminated, truncated, _ = msg
         self.waiting = None
         if self.keeps_journal:
-            self.journal_entries += (
-                *(OtherAdvice(m, advice[m]) for m in range(1, len(advice))), AnsweredObservation(
-                    episode, step, s, reward, terminated, truncated, advice[0]))
+            for m in range(1, len(advice)):
+                self.journal_entries.append(OtherAdvice(m, advice[m]))
+            self.journal_entries.append(AnsweredObservation(
+                episode, step, s, reward, terminated, truncated, advice[0]))
         self.tracker.answer(msg)
         decision = self.agent.step(s, step, reward, terminated, truncated, advice)
         self._last_answer.add(decision, advice)

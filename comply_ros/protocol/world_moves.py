@@ -5,7 +5,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from comply_ros.numerics.jit import plain_view
+from comply_ros.numerics.jit import plain_fields, plain_view
 from comply_ros.numerics.rng import random_streams, UniformRows
 from comply_ros.world.grid import MapError
 from comply_ros.world.mdp import drawn_outcome, first_state, taken_action, World, WorldArrays
@@ -60,7 +60,7 @@ class ModelMoves:
             raise MapError('a world that moves by actions must have a model, got one without')
         views: list[Any] = [plain_view(each) if isinstance(each, np.ndarray) else each
                             for each in world.arrays()]
-        self._arrays, self._seed = WorldArrays(*views), seed
+        self._arrays, self._seed = plain_fields(WorldArrays(*views)), seed
         self._is_grid = world.model == 'grid'
         self.restart()
 

@@ -2,6 +2,7 @@
 """Advice counts where it belongs to an observation that was made."""
 
 import numpy as np
+import pytest
 from room_messages import advice, state
 from tiny_worlds import room
 
@@ -28,6 +29,23 @@ def test_advice_for_an_observation_counts_and_an_older_one_does_not_replace_it()
     assert buffer.newest_advice(0).action == 1
     assert buffer.advice(NOBODY).dtype == np.int8
     assert buffer.advice(NOBODY).tolist() == [1, -1, -1, -1, -1, -1, -1, -1, -1]
+
+
+def test_the_same_advice_for_a_later_visit_is_remembered_once_more():
+    buffer = buffer_after(state(), state(step=1, s=1), state(step=2, s=0))
+    assert not buffer.add_same_advice(advice())  # it is the first
+    buffer.add_advice(advice(), ROOM)
+    assert buffer.add_same_advice(advice(step=2))
+    assert buffer.newest_advice(0) == advice(step=2)
+
+
+@pytest.mark.parametrize('other', [
+    advice(), advice(action=1), advice(step=1), advice(step=2, action=1), advice(step=3)])
+def test_advice_that_is_not_the_same_for_a_later_visit_changes_nothing(other):
+    buffer = buffer_after(state(), state(step=1, s=1), state(step=2, s=0))
+    buffer.add_advice(advice(), ROOM)
+    assert not buffer.add_same_advice(other)
+    assert buffer.newest_advice(0) == advice()
 
 
 def test_advice_for_another_state_than_the_observed_one_is_rejected():

@@ -289,6 +289,15 @@ def test_advice_that_is_known_already_is_not_written_to_the_journal_again():
     assert len(learner.journal_entries) == count
 
 
+def test_answers_are_noted_for_the_journal_only_where_there_is_one():
+    noting, other = make_learner(), make_learner()
+    other.keeps_journal = False
+    for learner in (noting, other):
+        learner.observe(state())
+    assert noting.continue_without_advice() == other.continue_without_advice()
+    assert (len(noting.journal_entries), len(other.journal_entries)) == (1, 0)
+
+
 def test_late_advice_after_a_checkpoint_is_restored_from_the_journal():
     learner = make_learner()
     learner.observe(state())

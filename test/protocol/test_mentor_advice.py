@@ -42,6 +42,30 @@ def test_without_memory_advice_of_an_earlier_visit_is_not_complete():
     assert found.available_advice(0, (1, 2)) == [UP, None]
 
 
+def test_new_advice_takes_the_place_of_what_was_complete():
+    found = advice_after(state(), state(step=1))
+    for m in (0, 1):
+        found.add_advice(m, advice(action=UP), ROOM)
+    assert found.complete_advice(0, None) == (UP, UP)
+    found.add_advice(1, advice(step=1, action=RIGHT), ROOM)
+    assert found.complete_advice(0, None) == (UP, RIGHT)
+    found.restore_advice(0, advice(step=1, action=RIGHT))
+    assert found.complete_advice(0, None) == (RIGHT, RIGHT)
+    found.forget()
+    assert found.complete_advice(0, None) is None
+
+
+def test_one_that_is_absent_is_heard_by_the_same_advice_as_before():
+    found = advice_after(state(), state(step=1))
+    for m in (0, 1):
+        found.add_advice(m, advice(), ROOM)
+    found.absent.add(1)
+    assert found.add_same_advice(0, advice(step=1))
+    assert not found.add_same_advice(1, advice(step=1))
+    assert found.add_advice(1, advice(step=1), ROOM) == (True, ())
+    assert found.absent == set()
+
+
 def test_one_that_is_absent_is_not_missed_until_it_is_heard():
     found = advice_after(state(), state(step=1, s=1))
     found.absent.add(1)

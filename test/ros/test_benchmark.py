@@ -37,7 +37,7 @@ from tools.benchmarks.step_times import loop_speed, StepTimes, TIMES_FILE, WARM_
 
 SECTIONS = {'loop': 11, 'choices': 4, 'engine': len(METHODS['published']) + 1, 'growth': 9,
             'start': 6, 'where': 55, 'robots': 12,
-            'model': 8}  # rows that there are at least
+            'model': 8, 'levels': 7}  # rows that there are at least
 
 
 class NoBar:

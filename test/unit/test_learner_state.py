@@ -102,3 +102,12 @@ def test_views_share_the_arrays():
     state = Bench(corridor()).state
     state.views().q[1, 1] = 7.5
     assert state.q[1, 1] == 7.5
+
+
+def test_views_have_the_fields_of_the_state():
+    state = Bench(corridor(), trust='beta').state
+    views = state.views()
+    for name, array in state._asdict().items():
+        assert np.array_equal(getattr(views, name), array), name
+    with pytest.raises(AttributeError):
+        views.other = state.q

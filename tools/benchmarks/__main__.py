@@ -16,6 +16,7 @@ from comply_ros.terminal.standard_output import standard_output
 from comply_ros.terminal.training_options import guarded
 from tools.benchmarks import (
     in_process,
+    learner_levels,
     map_scaling,
     model_steps,
     profile,
@@ -30,7 +31,8 @@ SECTIONS = {'loop': ros_loop.measure_loop, 'choices': ros_loop.measure_choices,
             'engine': in_process.measure_engine, 'growth': map_scaling.measure_growth,
             'start': startup.measure_start}
 ON_DEMAND = {'setup': startup.measure_setup, 'where': profile.measure_parts,
-             'robots': robots.measure_robots, 'model': model_steps.measure_model}
+             'robots': robots.measure_robots, 'model': model_steps.measure_model,
+             'levels': learner_levels.measure_levels}
 ROUNDS = 5
 
 
@@ -41,8 +43,8 @@ def parser() -> argparse.ArgumentParser:
     add = parser.add_argument
     add('--only', nargs='+', metavar='SECTION', choices=[*SECTIONS, *ON_DEMAND],
         default=list(SECTIONS), help=f'some of {", ".join(SECTIONS)}; on demand only: setup (of '
-        'a fresh clone, minutes), where (a profile of the loop), robots (1 to 8 of them) and '
-        'model (steps of a learner with a model)')
+        'a fresh clone, minutes), where (a profile of the loop), robots (1 to 8 of them), '
+        'model (steps of a learner with a model) and levels (of a learner, without ROS)')
     add('--rounds', type=whole_number, default=ROUNDS, metavar='N', help='(default: %(default)s)')
     add('--quick', action='store_true',
         help='show only that everything works: the numbers mean nothing')
