@@ -37,6 +37,22 @@ def choose_and_learn(learns: bool, last_s: int, last_a: int, last_advice: Advice
     policy: `policy[s]` of a learner that does not learn.
 
     """
+    a, p, m = choose_action(learns, s, step, terminated, advice, u_listen, u_act, config, state,
+                            policy)
+    if learns and last_a != NO_ACTION:
+        learn(last_s, last_a, r, s, a, terminated, last_advice, u_listen, config, state)
+    return a, p, m
+
+
+@kernel
+def choose_action(learns: bool, s: int, step: int, terminated: bool, advice: Advice,
+                  u_listen: float, u_act: float, config: KernelConfig, state: LearnerState,
+                  policy: Array) -> tuple[int, float, int]:
+    """
+    Return what `choose_and_learn` returns; change the state by the advice alone.
+
+    learns, terminated, advice, u_listen, u_act, policy: as there.
+    """
     a, p, m = NO_ACTION, 0.0, -1
     if not terminated and not config.learns:
         a = policy_action(s, u_act, policy, state.q, config.actions)
@@ -48,6 +64,4 @@ def choose_and_learn(learns: bool, last_s: int, last_a: int, last_advice: Advice
             if len(config.has_bandit) > 0 and step == 0:
                 choose_mentor(config, state)
         a, p, m = choose(s, advice, step, u_listen, u_act, config, state)
-    if learns and last_a != NO_ACTION:
-        learn(last_s, last_a, r, s, a, terminated, last_advice, u_listen, config, state)
     return a, p, m

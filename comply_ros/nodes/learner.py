@@ -59,6 +59,7 @@ from comply_ros.nodes.topics import (
 from comply_ros.protocol.advice_timeouts import AdviceTimeouts, validate_timeouts
 from comply_ros.protocol.learner import Learner
 from comply_ros.protocol.messages import (
+    Action,
     Ignored,
     LEARNER_JOURNAL,
     LearnerDescription,
@@ -247,7 +248,8 @@ class LearnerNode(ProtocolNode):
         """Continue from the saved state, if there is one."""
         saved, machine = self.checkpointing.load(
             identity, LEARNER_JOURNAL, {**LATER_FIELDS, 'mentors': list(ONE_MENTOR)}), self.machine
-        machine.keeps_journal = self.checkpointing.store is not None
+        if self.checkpointing.store is None:
+            machine.keeps_journal, machine.publish_early = False, self._publish_early
         self._home: str | None = None  # the hash of the world that the state is of
         if saved is None:
             return
@@ -379,6 +381,10 @@ class LearnerNode(ProtocolNode):
             self._map_throttle.go_on(super().publish, outputs)
         else:
             super().publish(outputs)
+
+    def _publish_early(self, action: Action) -> None:
+        if not self.mistake:
+            self.publish((action,))
 
     def _maps(self) -> Outputs:
         """Return what is published on `trust`, `policy` and `values`."""

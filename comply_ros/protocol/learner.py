@@ -73,6 +73,8 @@ class Learner:
     hears: for each mentor, a function from a recommendation to outputs.
     journal_entries: what it received and must be in the journal before its outputs are published.
     keeps_journal: whether its answers are among them; False where nothing is stored.
+    publish_early: publishes an action before the agent learns from the reward, in the middle of an
+        episode; it is not among the outputs then. None where something must be stored before.
     needs_checkpoint: whether its state does not follow from its journal, so that a checkpoint must
         be written before its outputs are published.
 
@@ -90,6 +92,8 @@ class Learner:
         self.changes: dict[str, Any] = {}
         self.journal_entries: list[Any] = []
         self.keeps_journal = True
+        self.publish_early: Callable[[Action], None] | None = None
+        self._announced = False  # whether the last answer was published early
         self.needs_checkpoint = False
         self._forget_answers()
 
@@ -354,12 +358,25 @@ class Learner:
             self.journal_entries.append(AnsweredObservation(
                 episode, step, s, reward, terminated, truncated, advice[0]))
         self.tracker.answer(msg)
-        decision = self.agent.step(s, step, reward, terminated, truncated, advice)
-        self._last_answer.add(decision, advice)
+        self._announced = False
+        announce = partial(self._announce, msg, advice) if self.publish_early else None
+        decision = self.agent.step(s, step, reward, terminated, truncated, advice, announce)
+        if self._announced:
+            return ()
         if terminated or truncated:
+            self._last_answer.add(decision, advice)
             return self._finish_episode(run, decision, terminated)
-        return (self._last_answer.act(run, episode, step, decision, self.number,
-                                      self.agent.draws.used - 1),)
+        return (self._act(msg, advice, decision),)
+
+    def _announce(self, msg: StateReward, advice: tuple[int, ...], decision: Decision) -> None:
+        """Publish the action before the agent learns from the reward."""
+        self._announced = True
+        assert self.publish_early is not None
+        self.publish_early(self._act(msg, advice, decision))
+
+    def _act(self, msg: StateReward, advice: tuple[int, ...], decision: Decision) -> Action:
+        self._last_answer.add(decision, advice)
+        return self._last_answer.act(*msg[:3], decision, self.number, self.agent.draws.used - 1)
 
     def _finish_episode(self, run: int, decision: Decision, terminated: bool) -> Outputs:
         """Return the action that lets the next episode start, and the report of an iteration."""

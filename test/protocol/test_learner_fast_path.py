@@ -10,7 +10,7 @@ from tiny_worlds import grid
 
 from comply_ros.learner.presets import find_method
 from comply_ros.protocol.learner import Learner
-from comply_ros.protocol.messages import Action, ANYONE, Recommendation
+from comply_ros.protocol.messages import Action, ANYONE, Recommendation, StateReward
 from comply_ros.protocol.world import WorldMachine
 from comply_ros.protocol.world_description import describe_world
 from comply_ros.world.grid import NO_ACTION
@@ -27,11 +27,12 @@ CHANGES = ({'temperature': 0.3}, {'trust': 'none'}, {'trust': 'scheduled'}, {'ep
 class Twins:
     """A learner, and one like it that never takes the shorter way, with the same messages."""
 
-    def __init__(self, method, remembers_advice, seed):
+    def __init__(self, method, remembers_advice, seed, publishes_early=False):
         self.random, self.seed = random.Random(seed), seed
         self.config = replace(find_method(method, 'published'), episodes=2,
                               iterations=self.random.choice((3, 0)))
         self.remembers_advice, self.usual_steps = remembers_advice, 0
+        self.publishes_early, self.early_actions = publishes_early, 0
         self.world = WorldMachine(GRID, 'small', RUN, seed)
         self.history = [self.world.observation]
         self.fast, self.slow = self._make_learner(), self._make_learner()
@@ -45,12 +46,28 @@ class Twins:
         if name == 'observe' and self.fast.tracker.expected is not None:
             self.usual_steps += arguments[0][:3] == self.fast.tracker.expected
         self.slow.tracker.expected = None
+        if self.publishes_early:
+            return self._both_early(name, arguments)
         outputs = getattr(self.fast, name)(*arguments)
         assert repr(getattr(self.slow, name)(*arguments)) == repr(outputs), (name, arguments)
+        self._check_states(name, arguments)
+        return outputs
+
+    def _both_early(self, name, arguments):
+        early: list[Action] = []
+        self.fast.publish_early = early.append
+        outputs = getattr(self.fast, name)(*arguments) or ()
+        outputs = (*early, *outputs)
+        self.early_actions += len(early)
+        expected = getattr(self.slow, name)(*arguments) or ()
+        assert sorted(map(repr, outputs)) == sorted(map(repr, expected)), (name, arguments)
+        self._check_states(name, arguments)
+        return outputs
+
+    def _check_states(self, name, arguments):
         facts, other_facts = snapshot(self.fast), snapshot(self.slow)
         for fact, value in facts.items():
             assert value == other_facts[fact], (fact, name, arguments)
-        return outputs
 
     def deliver(self, outputs):
         """Let the world receive the actions among these outputs."""
@@ -177,3 +194,29 @@ def test_a_usual_step_has_the_outputs_and_the_state_of_the_long_way(
             twins.act()
         usual_steps += twins.usual_steps
     assert usual_steps > 100
+
+
+@pytest.mark.parametrize('method, remembers_advice', [
+    ('sarsa', True), ('beta_implicit', True), ('explicit', False), ('head_start', True),
+    ('watkins', True), ('model_based', True)])
+def test_actions_that_are_published_early_and_the_state_are_those_of_the_long_way(
+        method, remembers_advice):
+    early_actions = 0
+    for seed in range(20):
+        twins = Twins(method, remembers_advice, seed, publishes_early=True)
+        for _ in range(80):
+            twins.act()
+        early_actions += twins.early_actions
+    assert early_actions > 50
+
+
+def test_an_action_is_published_early_before_its_reward_is_learned():
+    learner = Learner(replace(find_method('sarsa', 'published'), measuring_iterations=0), 0)
+    learner.on_world(WorldMachine(GRID, 'small', RUN, 0).description)
+    digests = []
+    learner.publish_early = lambda action: digests.append(learner.state.digest())
+    first, = learner.observe(StateReward(RUN, 1, 0, 0, 0.0, False, False))
+    assert type(first) is Action and digests == []  # there is nothing to learn from
+    before = learner.state.digest()
+    assert learner.observe(StateReward(RUN, 1, 1, 1, -0.1, False, False)) == ()
+    assert digests == [before] and learner.state.digest() != before
