@@ -4,7 +4,7 @@
 from dataclasses import replace
 
 from actor_network import OrderedNetwork, RUN
-from bar_grid_training import PRESETS
+from bar_grid_training import PRESETS, use_shared_code
 import pytest
 from tiny_worlds import grid
 
@@ -22,8 +22,10 @@ ITERATIONS, SEED = 3, 3
 
 
 @pytest.mark.parametrize('profile, method', PRESETS)
-def test_a_training_over_messages_has_the_digest_of_one_in_process(profile, method):
+def test_a_training_over_messages_has_the_digest_of_one_in_process(
+        monkeypatch, profile, method):
     config = replace(find_method(method, profile), episodes=4, iterations=ITERATIONS)
+    use_shared_code(monkeypatch, config)
     advice = optimal_policy(World(ROOM))
     advice[::3] = -1  # a mentor without advice in a third of the states
     mentor = Mentor(0)

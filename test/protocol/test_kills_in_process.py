@@ -8,7 +8,7 @@ import random
 from tempfile import TemporaryDirectory
 
 from actor_network import RUN, ShuffledNetwork
-from bar_grid_training import PRESETS
+from bar_grid_training import PRESETS, use_plain_kernels, use_shared_code
 import pytest
 from tiny_tables import frozen_lake, machine
 from tiny_worlds import grid
@@ -247,9 +247,11 @@ def check(network, training, results):
 
 
 @pytest.mark.parametrize('profile, name', PRESETS)
-def test_with_kills_at_any_moment_the_digest_is_that_of_the_compiled_loop(network, profile, name):
+def test_with_kills_at_any_moment_the_digest_is_that_of_a_training_in_one_process(
+        network, monkeypatch, profile, name):
     policy = noisy_policy(World(ROOM), 0.3, random_streams(8)[0])
     config = replace(find_method(name, profile), episodes=1, iterations=2)
+    use_shared_code(monkeypatch, config)
     training = Training(World(ROOM), policy, config, SEED)
     results = [training.iterate() for _ in range(2)]
     rate = min(0.15, 4 / sum(each.steps for each in results))  # about thirty kills in a long one
@@ -262,7 +264,8 @@ def test_with_kills_at_any_moment_the_digest_is_that_of_the_compiled_loop(networ
 @pytest.mark.parametrize('name', ['explicit', 'head_start'])
 @pytest.mark.parametrize('source, episodes', [(machine(), 4), (frozen_lake(), 1)],
                          ids=['machine', 'lake'])
-def test_a_world_that_is_a_table_survives_kills_too(network, source, episodes, name):
+def test_a_world_that_is_a_table_survives_kills_too(network, monkeypatch, source, episodes, name):
+    use_plain_kernels(monkeypatch)
     policy = noisy_policy(World(source), 0.3, random_streams(8)[0])
     config = replace(find_method(name, 'published'), episodes=episodes, iterations=2)
     training = Training(World(source), policy, config, SEED)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import os
 import random
 
-from bar_grid_training import use_plain_kernels
+from bar_grid_training import own_code, use_plain_kernels
 from mentors_network import MentorsNetwork, MortalLearnerNetwork
 import numpy as np
 import pytest
@@ -65,26 +65,32 @@ def assert_reports(reports, results):
 
 
 def stepped(config):
-    """Return the same, step by step in plain Python."""
+    """Return the same, step by step."""
     world = World(BAR)
     learning = SteppedTraining(world, ModelMoves(world, SEED), mentors(world), config, SEED)
     return learning, [learning.iterate() for _ in range(config.iterations)]
 
 
-def compiles_more(name):
-    """Tell whether a method has a model or a planner: its kernels have types of their own."""
-    kernel_config = METHODS['published'][name].for_kernels(4)
-    return bool(kernel_config.has_model or kernel_config.has_planner)
+# test_stepped_training.py has this for two methods in the usual run.
+@pytest.mark.long
+@pytest.mark.parametrize('name', METHODS['published'])
+def test_several_mentors_give_the_same_bits_compiled_and_plain(monkeypatch, name):
+    compiled, results = trained(settings(name))
+    use_plain_kernels(monkeypatch)
+    plain, plain_results = trained(settings(name))
+    assert plain.state.digest() == compiled.state.digest()
+    assert plain.advice.tolist() == compiled.advice.tolist()
+    assert repr(plain_results) == repr(results)
 
 
 @pytest.mark.parametrize('name', [
-    pytest.param(name, marks=pytest.mark.long) if compiles_more(name) else name
-    for name in METHODS['published']])
-def test_several_mentors_give_the_same_bits_compiled_and_plain_and_in_any_order(
-        monkeypatch, name):
+    pytest.param(name, marks=pytest.mark.long) if own_code(METHODS['published'][name]) & {
+        'has_model', 'has_planner'} else name for name in METHODS['published']])
+def test_several_mentors_give_the_same_bits_in_any_order(monkeypatch, name):
+    use_plain_kernels(monkeypatch)
     config = settings(name)
-    compiled, results = trained(config)
-    digest, advice = compiled.state.digest(), compiled.advice.tolist()
+    training, results = trained(config)
+    digest, advice = training.state.digest(), training.advice.tolist()
     for shuffle, remembers_advice in ((1, True), (2, False)):
         network = MentorsNetwork(config, BAR, POLICIES, SEED, random.Random(shuffle),
                                  remembers_advice).run()
@@ -92,13 +98,13 @@ def test_several_mentors_give_the_same_bits_compiled_and_plain_and_in_any_order(
         assert_reports(network.reports, results)
     if config.needs_mentor():
         assert network.learner.advice().tolist() == advice
+    other, other_results = stepped(config)
+    assert other.state.digest() == digest and other.advice.tolist() == advice
+    assert repr(other_results) == repr(results)
+
+
+def test_each_mentor_has_a_budget_of_its_own(monkeypatch):
     use_plain_kernels(monkeypatch)
-    for plain, plain_results in (trained(config), stepped(config)):
-        assert plain.state.digest() == digest and plain.advice.tolist() == advice
-        assert repr(plain_results) == repr(results)
-
-
-def test_each_mentor_has_a_budget_of_its_own():
     world = World(BAR)
     found = mentors(world)
     learning = Training(world, found, settings('explicit'), SEED)
@@ -118,6 +124,7 @@ def test_a_learner_with_three_mentors_that_is_killed_at_any_time_learns_the_same
     monkeypatch.setattr(state_store, 'RECORDS_PER_CHECKPOINT', 60)
     for call in ('fsync', 'fdatasync'):  # a kill takes nothing that was written
         monkeypatch.setattr(os, call, lambda file: None)
+    use_plain_kernels(monkeypatch)
     config = settings(name)
     expected, results = stepped(config)
     network = MortalLearnerNetwork(tmp_path, min(rate, 15 / sum(each.steps for each in results)),

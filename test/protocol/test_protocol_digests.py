@@ -5,7 +5,7 @@ from dataclasses import replace
 import random
 
 from actor_network import OrderedNetwork, RUN, ShuffledNetwork
-from bar_grid_training import PRESETS, use_plain_kernels
+from bar_grid_training import PRESETS, use_plain_kernels, use_shared_code
 import pytest
 from tiny_tables import frozen_lake, hall, machine
 from tiny_worlds import grid
@@ -28,11 +28,13 @@ from comply_ros.world.unmodelled_world import Spaces
 
 
 @pytest.mark.parametrize('profile, name', PRESETS)
-def test_any_order_and_repetition_gives_the_bits_of_the_compiled_loop(profile, name):
+def test_any_order_and_repetition_gives_the_bits_of_a_training_in_one_process(
+        monkeypatch, profile, name):
     remembers_advice = len(name) % 2 == 0
     bar = read_map('bar_grid', profile)
     policy = noisy_policy(World(bar), 0.3, random_streams(8)[0])
     config = replace(find_method(name, profile), episodes=3, iterations=3)
+    use_shared_code(monkeypatch, config)
     training = Training(World(bar), policy, config, seed=4)
     results = [training.iterate() for _ in range(3)]
     network = ShuffledNetwork(config, bar, policy, 4, random.Random(1), remembers_advice).run()
@@ -76,7 +78,8 @@ def test_in_a_table_messages_give_the_bits_of_the_loop(monkeypatch, source, name
 
 
 @pytest.mark.parametrize('name', ['sarsa', 'explicit', 'beta_implicit', 'head_start'])
-def test_without_a_model_a_learner_learns_the_same_from_the_same_observations(name):
+def test_without_a_model_a_learner_learns_the_same_from_the_same_observations(monkeypatch, name):
+    use_plain_kernels(monkeypatch)
     table = machine()
     policy = noisy_policy(World(table), 0.3, random_streams(8)[0])
     config = replace(find_method(name, 'published'), episodes=3, iterations=3)

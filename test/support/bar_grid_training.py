@@ -3,9 +3,11 @@
 
 from dataclasses import replace
 
+from comply_ros.experiments import stepped_training
 from comply_ros.learner import training
 from comply_ros.learner.mentor_factory import make_policy
 from comply_ros.learner.presets import find_method, METHODS
+from comply_ros.learner.step_kernels import PLAIN
 from comply_ros.learner.training import Training
 from comply_ros.mentor.mentor_policies import parse_mentor_spec
 from comply_ros.storage.map_files import read_map
@@ -15,11 +17,31 @@ from comply_ros.world.planning import optimal_policy
 # Where both profiles have the same settings, the published one stands for both.
 PRESETS = [(profile, name) for profile, table in METHODS.items() for name in table
            if profile == 'published' or table[name] != METHODS['published'][name]]
+# What methods for several mentors have: test_stepped_training.py compiles them with three.
+FOR_SEVERAL = {'has_estimates', 'has_bandit'}
+
+
+def own_code(config):
+    """
+    Return the names of what gives a method compiled code that it shares with few others.
+
+    To compile it takes ten to thirty seconds.
+    """
+    kernel_config = config.for_kernels(4)
+    return {name for name in ('has_model', 'has_planner', *FOR_SEVERAL)
+            if getattr(kernel_config, name)}
+
+
+def use_shared_code(patch, config):
+    """Let trainings from now on run as plain Python where the method is for several mentors."""
+    if own_code(config) & FOR_SEVERAL:
+        use_plain_kernels(patch)
 
 
 def use_plain_kernels(patch):
-    """Let each `Training` from now on run as plain Python, with nothing to compile."""
+    """Let each training from now on run as plain Python, with nothing to compile."""
     patch.setattr(training, 'specialized', lambda kernel, *arguments: kernel)
+    patch.setattr(stepped_training, 'compiled_kernels', lambda *arguments: PLAIN)
 
 
 def trained(name, profile, iterations=4, seed=3):

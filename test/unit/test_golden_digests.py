@@ -3,7 +3,7 @@
 
 import hashlib
 
-from bar_grid_training import use_plain_kernels
+from bar_grid_training import use_plain_kernels, use_shared_code
 from golden_digests import CHANGED, golden_digests
 import pytest
 from tiny_tables import machine
@@ -34,16 +34,15 @@ def training_digest(profile, method, budget=0, advising='early', source=None):
 
 
 @pytest.mark.parametrize(('profile', 'method'), ROWS)
-def test_a_short_training_has_its_golden_digest(profile, method):
+def test_a_short_training_has_its_golden_digest(monkeypatch, profile, method):
+    use_shared_code(monkeypatch, METHODS[profile][method])
     digest = training_digest(profile, method)
     assert digest == GOLDEN['trainings'][profile][method], CHANGED.format(method, digest)
 
 
 @pytest.mark.parametrize('method', METHODS['published'])
 def test_a_short_training_in_a_table_has_its_golden_digest(monkeypatch, method):
-    config = METHODS['published'][method]
-    if config.learns_model or config.planner != 'none':  # takes long to compile: test_training.py
-        use_plain_kernels(monkeypatch)
+    use_plain_kernels(monkeypatch)  # test_training.py: in any table, they give the compiled bits
     digest = training_digest('published', method, source=machine())
     assert digest == GOLDEN['tables'][method], CHANGED.format(method, digest)
 

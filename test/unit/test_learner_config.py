@@ -3,7 +3,7 @@
 
 from dataclasses import fields, replace
 
-from bar_grid_training import train_with
+from bar_grid_training import train_with, use_shared_code
 import pytest
 
 from comply_ros.learner.learner_config import (
@@ -33,7 +33,9 @@ NOISE = {'advice_slack': 0.2}  # of the mentor, where a perfect one shows no dif
 
 def learn(config, noise=0.0):
     """Return what a learner with these settings has learned in `bar_grid`, and its returns."""
-    learning, results = train_with(config, noise=noise)
+    with pytest.MonkeyPatch.context() as patch:
+        use_shared_code(patch, config)
+        learning, results = train_with(config, noise=noise)
     state = learning.state
     return [state.q.tobytes(), state.visits.tobytes(), *(each.mean_return for each in results)]
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 import io
 import json
 
+from bar_grid_training import use_shared_code
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as st_numpy
@@ -49,7 +50,8 @@ def written(path, **changes):
 
 
 @pytest.mark.parametrize('method', METHODS['report'])
-def test_a_learning_is_read_as_it_was_written(tmp_path, method):
+def test_a_learning_is_read_as_it_was_written(tmp_path, monkeypatch, method):
+    use_shared_code(monkeypatch, METHODS['report'][method])
     learned = trained(method).learned()
     save_learning(tmp_path / 'a.npz', learned)
     read = read_learning(tmp_path / 'a.npz')

@@ -3,6 +3,7 @@
 
 from dataclasses import replace
 
+from bar_grid_training import use_shared_code
 import numpy as np
 import pytest
 from tiny_worlds import corridor, FOUR, room
@@ -93,7 +94,8 @@ def trained(method, profile='published', world=None, iterations=8, **settings):
 
 
 @pytest.mark.parametrize('method', METHODS['published'])
-def test_the_exact_return_of_the_policy_is_what_it_earns_without_exploration(method):
+def test_the_exact_return_of_the_policy_is_what_it_earns_without_exploration(monkeypatch, method):
+    use_shared_code(monkeypatch, METHODS['published'][method])
     learned = trained(method).learned()
     world = World(read_map('bar_grid', 'published'))
     expected = ReferenceReturns(world).return_of(learned.policy)
@@ -109,7 +111,9 @@ def test_the_exact_return_of_the_policy_is_what_it_earns_without_exploration(met
 
 
 @pytest.mark.parametrize('method', METHODS['report'])
-def test_a_learner_begins_with_values_and_beliefs_and_with_schedules_of_its_own(method):
+def test_a_learner_begins_with_values_and_beliefs_and_with_schedules_of_its_own(
+        monkeypatch, method):
+    use_shared_code(monkeypatch, METHODS['report'][method])
     before = trained(method, 'report')
     world, config = World(read_map('bar_grid', 'report')), METHODS['report'][method]
     state, fresh = begin_from(before.learned(), world, config), initial_state(world, config)

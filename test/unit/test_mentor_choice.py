@@ -4,6 +4,7 @@
 from dataclasses import replace
 import math
 
+from bar_grid_training import use_plain_kernels
 import numpy as np
 import pytest
 from tiny_worlds import advised, Bench, corridor, room
@@ -194,7 +195,8 @@ def test_it_continues_in_the_middle_of_an_episode_from_what_was_saved():
     assert agents[0].state.digest() == agents[1].state.digest()
 
 
-def test_of_a_good_and_a_bad_mentor_the_good_one_is_followed_most():
+def test_of_a_good_and_a_bad_mentor_the_good_one_is_followed_most(monkeypatch):
+    use_plain_kernels(monkeypatch)
     world = World(read_map('bar_grid', 'published'))
     good = optimal_policy(world)
     bad = np.where(good >= 0, (good + 1) % 4, good)

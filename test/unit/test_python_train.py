@@ -8,6 +8,7 @@ from pathlib import Path
 import subprocess
 import sys
 
+from bar_grid_training import use_plain_kernels
 from matplotlib.figure import Figure
 import numpy as np
 import pytest
@@ -166,7 +167,9 @@ def test_the_package_is_typed():
 @pytest.fixture(scope='module')
 def of_machine():
     """Return the result of a short training in a world that is a table."""
-    return comply_ros.train(machine(), 'explicit', 'noisy:0.2', iterations=3, episodes=4)
+    with pytest.MonkeyPatch.context() as patch:
+        use_plain_kernels(patch)
+        return comply_ros.train(machine(), 'explicit', 'noisy:0.2', iterations=3, episodes=4)
 
 
 def test_a_table_is_a_world_to_train_in(of_machine, tmp_path):
@@ -181,7 +184,8 @@ def test_a_table_is_a_world_to_train_in(of_machine, tmp_path):
     assert json.loads((folder / 'summary.json').read_text())['digest'] == of_machine.digest
 
 
-def test_what_was_learned_in_a_table_is_a_mentor_and_a_start(of_machine, tmp_path):
+def test_what_was_learned_in_a_table_is_a_mentor_and_a_start(of_machine, monkeypatch, tmp_path):
+    use_plain_kernels(monkeypatch)
     folder = of_machine.save(tmp_path)
     mentor = comply_ros.train(machine(), mentor=f'learned:{folder / "learning.npz"}', **{
         'iterations': 1, 'episodes': 2})
@@ -194,6 +198,7 @@ def test_what_was_learned_in_a_table_is_a_mentor_and_a_start(of_machine, tmp_pat
 
 
 def test_a_command_trains_in_a_map_that_is_a_table(monkeypatch, tmp_path, capsys):
+    use_plain_kernels(monkeypatch)
     monkeypatch.setattr('comply_ros.storage.training_spec.read_world', lambda *_: machine())
     parser = training_parser('train', 'x')
     parser.add_argument('--seeds', default=1)

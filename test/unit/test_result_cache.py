@@ -46,7 +46,7 @@ def test_two_later_fields_with_the_same_value_are_two_cells(folder):
     changed = [run._replace(settings=(*run.settings, (name, 0.0)))
                for name in ('untried_value', 'advice_slack')]
     cache = ResultCache(folder, 1)
-    cache.save(changed[0], [training_runs.learn(changed[0])])
+    cache.save(changed[0], [training_runs.learn(RUN)])
     assert [cache.has(each) for each in changed] == [True, False]
 
 

@@ -4,7 +4,7 @@
 from dataclasses import replace
 import json
 
-from bar_grid_training import PRESETS
+from bar_grid_training import own_code, PRESETS
 import numpy as np
 from own_environments import write_environments
 import pytest
@@ -43,15 +43,16 @@ def both(name, profile, budget=0, when='early', seed=3):
             for each in trainings]
 
 
-@pytest.mark.parametrize('profile, name', [  # with a model, to compile takes longer
-    pytest.param(profile, name, marks=pytest.mark.long) if METHODS[profile][name].learns_model
-    or METHODS[profile][name].planner != 'none' else (profile, name) for profile, name in PRESETS])
+@pytest.mark.parametrize('profile, name', [
+    pytest.param(profile, name, marks=pytest.mark.long) if own_code(METHODS[profile][name])
+    else (profile, name) for profile, name in PRESETS])
 def test_a_plain_loop_gives_the_bits_of_the_compiled_one(profile, name):
     compiled, stepped = both(name, profile)
     assert stepped == compiled
 
 
-@pytest.mark.parametrize('name', ['majority_vote', 'policy_shaping_estimated', 'rlpa'])
+@pytest.mark.parametrize('name', [
+    pytest.param('majority_vote', marks=pytest.mark.long), 'policy_shaping_estimated', 'rlpa'])
 def test_a_plain_loop_with_several_mentors_gives_the_bits_of_the_compiled_one(name):
     world = World(read_map('bar_grid', 'published'))
     config = replace(find_method(name, 'published'), episodes=4)

@@ -3,7 +3,14 @@
 
 from dataclasses import replace
 
-from bar_grid_training import PRESETS, trained, use_plain_kernels
+from bar_grid_training import (
+    FOR_SEVERAL,
+    own_code,
+    PRESETS,
+    trained,
+    use_plain_kernels,
+    use_shared_code,
+)
 from hypothesis import given
 from hypothesis import strategies as st
 import numpy as np
@@ -21,7 +28,10 @@ from comply_ros.world.unmodelled_world import Spaces
 from examples import examples
 
 
-@pytest.mark.parametrize('profile, name', PRESETS)
+@pytest.mark.parametrize('profile, name', [
+    pytest.param(profile, name, marks=pytest.mark.long)
+    if own_code(METHODS[profile][name]) & FOR_SEVERAL else (profile, name)
+    for profile, name in PRESETS])
 def test_compiled_and_plain_give_the_same_bits(monkeypatch, profile, name):
     compiled, results = trained(name, profile)
     use_plain_kernels(monkeypatch)
@@ -31,7 +41,8 @@ def test_compiled_and_plain_give_the_same_bits(monkeypatch, profile, name):
 
 
 @pytest.mark.parametrize('profile, name', PRESETS)
-def test_the_seed_decides_everything(profile, name):
+def test_the_seed_decides_everything(monkeypatch, profile, name):
+    use_shared_code(monkeypatch, METHODS[profile][name])
     digests = [trained(name, profile, seed=seed)[0].state.digest() for seed in (3, 3, 4)]
     assert digests[0] == digests[1] != digests[2]
 
@@ -100,14 +111,15 @@ def table_digest(table, name, seed):
     return learning.state.digest(), repr(results)
 
 
-WITHOUT_MODEL = sorted(set(METHODS['published']) - {'model_based'})
+ALL = sorted(METHODS['published'])
+WITH_SHARED_CODE = [name for name in ALL if not own_code(METHODS['published'][name])]
 
 
-# Compiled for their number, and with loops. A model has code of its own, which takes longest to
-# compile: with a grid, it is above, and the kernels of a table are those of the other methods.
+# Compiled for their number, and with loops. The other methods have code of their own: with a grid,
+# it is compiled above, and what is special in a table is special in all methods.
 @pytest.mark.parametrize('n_actions, names', [
-    (3, WITHOUT_MODEL), pytest.param(3, ['model_based'], marks=pytest.mark.long),
-    pytest.param(20, sorted(METHODS['published']), marks=pytest.mark.long)])
+    (4, WITH_SHARED_CODE), pytest.param(3, ALL, marks=pytest.mark.long),
+    pytest.param(20, ALL, marks=pytest.mark.long)])
 @given(data=st.data())
 @examples(25)
 def test_compiled_and_plain_give_the_same_bits_in_any_table(n_actions, names, data):
@@ -120,7 +132,8 @@ def test_compiled_and_plain_give_the_same_bits_in_any_table(n_actions, names, da
         assert table_digest(table, name, seed) == compiled
 
 
-def test_the_mean_return_in_a_table_is_the_expected_one():
+def test_the_mean_return_in_a_table_is_the_expected_one(monkeypatch):
+    use_plain_kernels(monkeypatch)
     world = World(machine(limit=3))  # run, run, run: 2 + (2 - 0.25) / 2 + ...
     runs = np.array([0, 0, -1])
     config = replace(find_method('constant', 'report'), confidence=1.0, episodes=20_000)

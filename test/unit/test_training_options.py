@@ -6,6 +6,7 @@ from contextlib import contextmanager
 import json
 import os
 
+from bar_grid_training import use_shared_code
 import numpy as np
 import pytest
 
@@ -182,7 +183,8 @@ def test_the_summary_of_a_training_without_a_mentor_names_none(tmp_path):
 
 
 @pytest.mark.parametrize('name', METHODS['published'])
-def test_every_method_trains_from_the_command_line(tmp_path, name, asked_plots):
+def test_every_method_trains_from_the_command_line(tmp_path, monkeypatch, name, asked_plots):
+    use_shared_code(monkeypatch, METHODS['published'][name])
     assert run(tmp_path, '--method', name)[1]['method'] == name
     assert asked_plots == ['draw_learning_curve', 'draw_trust_map'][
         :2 if METHODS['published'][name].needs_mentor() else 1]
