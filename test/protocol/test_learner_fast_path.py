@@ -182,7 +182,7 @@ def snapshot(learner):
             'advice': learner.advice().tolist(), 'waiting_for': learner.waiting_for()}
 
 
-@pytest.mark.parametrize('block', range(2))
+@pytest.mark.parametrize('block', [0, pytest.param(1, marks=pytest.mark.long)])
 @pytest.mark.parametrize('method, remembers_advice', [
     ('q_learning', True), ('beta_implicit', True), ('explicit', False), ('head_start', True)])
 def test_a_usual_step_has_the_outputs_and_the_state_of_the_long_way(

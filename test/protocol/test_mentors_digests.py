@@ -116,7 +116,7 @@ def test_each_mentor_has_a_budget_of_its_own(monkeypatch):
 
 
 @pytest.mark.parametrize('name, rate', [
-    ('vanishing', 0.1), ('beta_implicit', 0.1), ('explicit_lambda', 0.3), ('head_start', 0.1),
+    ('vanishing', 0.2), ('beta_implicit', 0.1), ('explicit_lambda', 0.3), ('head_start', 0.1),
     ('model_based', 0.1), ('policy_shaping', 0.1)])
 @pytest.mark.parametrize('remembers_advice', [True, False])
 def test_a_learner_with_three_mentors_that_is_killed_at_any_time_learns_the_same(
@@ -125,7 +125,7 @@ def test_a_learner_with_three_mentors_that_is_killed_at_any_time_learns_the_same
     for call in ('fsync', 'fdatasync'):  # a kill takes nothing that was written
         monkeypatch.setattr(os, call, lambda file: None)
     use_plain_kernels(monkeypatch)
-    config = settings(name)
+    config = settings(name, episodes=1)
     expected, results = stepped(config)
     network = MortalLearnerNetwork(tmp_path, min(rate, 15 / sum(each.steps for each in results)),
                                    config, BAR, POLICIES, SEED, random.Random(name),

@@ -69,9 +69,9 @@ def run_in_order(world, config, policy, seed):
 def test_in_a_table_messages_give_the_bits_of_the_loop(monkeypatch, source, name):
     use_plain_kernels(monkeypatch)  # test_training.py: in any table, they give the compiled bits
     policy = noisy_policy(World(source), 0.3, random_streams(8)[0])
-    config = replace(find_method(name, 'published'), episodes=3, iterations=3)
+    config = replace(find_method(name, 'published'), episodes=2, iterations=2)
     training = Training(World(source), policy, config, seed=4)
-    for _ in range(3):
+    for _ in range(2):
         training.iterate()
     learner = run_in_order(WorldMachine(source, 'table', RUN, 4), config, policy, 4)
     assert learner.state.digest() == training.state.digest()

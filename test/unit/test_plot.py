@@ -60,8 +60,9 @@ def test_the_trust_map_of_a_bag_with_several_mentors_has_a_panel_for_each(tmp_pa
 
 
 def _drawn_trust(folder, mentors):
-    run = SimulatedRun(iterations=1, episodes=3, mentors=tuple(mentors))
-    assert drawn(write_bag(folder, run.messages)) == ALL
+    run = SimulatedRun(iterations=1, episodes=1, mentors=tuple(mentors))
+    messages = [each for each in run.messages if each[0] not in ('progress', 'episode')]
+    assert drawn(write_bag(folder, messages)) == ['trust_map.png']
     return folder.with_name(f'{folder.name}-pictures') / 'trust_map.png'
 
 
