@@ -79,11 +79,11 @@ def table_lines(numbers: dict) -> Iterator[str]:
 def _with_mentor(numbers: dict, cells: dict[str, dict]) -> Iterator[str]:
     yield '\n## Compliant learners: T / ratio / regret over 399 iterations\n'
     yield from head('method', 'mentor', 'published', 'ours', 'off by (T, regret)',
-                     'ours, slips that can bump')
+                    'ours, slips that can bump')
     for (method, mentor), cell in cells['4.15'].items():
         published = published_results.WITH_MENTOR[method].get(mentor)
         yield line(method, mentor, *_against(published, cell),
-                    _measures(cells['both_mazes'][method, mentor]))
+                   _measures(cells['both_mazes'][method, mentor]))
     yield ('\nWith good mentors T is only a few iterations just below the threshold, so a '
            'difference of a few is a large share; there regret says more. The mentor of ~74 % is '
            'generated here; of the published one only the best regret is known.')
@@ -107,11 +107,11 @@ def _with_mentor(numbers: dict, cells: dict[str, dict]) -> Iterator[str]:
 def _without_mentor(numbers: dict, cells: dict[str, dict]) -> Iterator[str]:
     yield '\n## Learners without a mentor: T / ratio / regret over 399 iterations\n'
     yield from head('method', 'iterations', 'published', 'ours', 'off by (T, regret)',
-                     'ours, slips that can bump')
+                    'ours, slips that can bump')
     for method, iterations in ITERATIONS_ALONE.items():
         yield line(method, str(iterations - 1),
-                    *_against(WITHOUT_MENTOR[method], cells['3.3'][method]),
-                    _measures(cells['both_mazes'][method, None]))
+                   *_against(WITHOUT_MENTOR[method], cells['3.3'][method]),
+                   _measures(cells['both_mazes'][method, None]))
 
 
 def _text(numbers: dict, cells: dict[str, dict]) -> Iterator[str]:
@@ -130,7 +130,7 @@ def _comparison(numbers: dict, cells: dict[str, dict]) -> Iterator[str]:
     alone = {method: compared.pop((f'{method}, alone', None)) for method in (OURS, WITH_MODEL)}
     for method in dict.fromkeys(method for method, _ in compared):
         yield line(f'**{method}**' if method in alone else method,
-                    *(_measure(compared[method, mentor], 'regret') for mentor in LOWEST_REGRET))
+                   *(_measure(compared[method, mentor], 'regret') for mentor in LOWEST_REGRET))
     for method in alone:
         ours = [compared[method, mentor] for mentor in LOWEST_REGRET]
         yield line(f'{method}, mean return of the last 50', *(
@@ -146,7 +146,7 @@ def _variants(numbers: dict, cells: dict[str, dict]) -> Iterator[str]:
     tried = {**cells['regret'], **cells['tried']}  # our method, unchanged, is in the first
     for name, (method, _) in {OURS: (OURS, {}), **VARIANTS}.items():
         yield line(name, method, *(_measure(tried[name, mentor], 'regret')
-                                    for mentor in VARIANT_MENTORS))
+                                   for mentor in VARIANT_MENTORS))
 
 
 def _against(published: Published | None, cell: dict | None) -> tuple[str, str, str]:

@@ -28,9 +28,9 @@ ERRORS = (SweepFileError, TableError, *MISTAKES, ClusterError, OSError, Keyboard
 
 def main(argv: Sequence[str]) -> int:
     """Run the command; return the exit code."""
-    parser = CommandParser('sweep', description='Learn all combinations of methods, '
-                                     'mentors, settings and seeds, into one table. Runs that the '
-                                     'table has already are not repeated.')
+    parser = CommandParser(
+        'sweep', description='Learn all combinations of methods, mentors, settings and seeds, '
+        'into one table. Runs that the table has already are not repeated.')
     add = parser.add_argument
     add('file', metavar='FILE.yaml', help='what to combine; config/sweep.yaml is an example')
     add('--out', metavar='FILE.csv', help='(default: runs/FILE.csv)')

@@ -122,7 +122,7 @@ class WorldCheck:
         check('W2', True, '')
         self._checks = ObservationChecks(self._world, self._channel, self.report)
         self._learner = EmulatedLearner(self._world, self._channel, self.report, LEARNER,
-                                      self._patience)
+                                        self._patience)
         self._disturbances = disturbances = WorldDisturbances(
             self._learner, self._checks, self._channel, self.report, self._rng, self._patience)
         self._items |= {'repeats': disturbances.check_repeats, 'late': disturbances.send_late,

@@ -138,6 +138,7 @@ class _RuleError(MarkedYAMLError):
 
 
 class _Reader(Reader):
+
     def forward(self, length: int = 1) -> None:
         """Advance by so many characters; within a line at once: rows of maps are long."""
         end = self.pointer + length
