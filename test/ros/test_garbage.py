@@ -115,6 +115,7 @@ def test_ten_thousand_messages_of_garbage_leave_the_digest_and_every_node(
 # Publishers that a lesson finds before its first iteration are those of others, and end it: the
 # flood begins when the lesson shows that iteration, which may be long after it was published.
 @pytest.mark.usefixtures('domain')
+@pytest.mark.long
 def test_a_lesson_in_a_flood_of_garbage_ends_with_its_digest_and_its_curve(
         tmp_path, context, expected):
     shown, log = tmp_path / 'shown.txt', tmp_path / 'learner.log'
