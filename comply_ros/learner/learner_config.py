@@ -75,8 +75,11 @@ class LearnerConfig:
         0.01, 'psrl: the prior of an outcome not seen yet, which has the value of an action that '
         'was never tried, counts as much as this many samples', TINY, ANY)
     slip_prior: float = _field(
-        8.0, 'learns_model: the prior of an action counts as much as this many samples', TINY,
-        ANY)
+        0.0, 'learns_model: the prior of an action counts as much as this many samples; 0: as the '
+        'one of 1, 2, 4, 8, 16 and 32 samples that has predicted outcomes best so far', 0, ANY)
+    doubt_weight: float = _field(
+        0.5, 'learns_model: weight of the chance that an action is better than the best one, and '
+        'only looks worse for its few samples', 0, 1)
     untried_value: float = _field(
         0.65, 'learns_model and planner: value of an action that was never tried, as a share of '
         'the largest reward seen; for a planner, on top of initial_value', 0, 1)

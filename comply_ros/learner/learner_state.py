@@ -19,9 +19,15 @@ ONE_MENTOR = ('',)  # the names of the mentors, where there is one without a nam
 OF_MENTORS = ('belief', 'advised', 'advice_agreed', 'advice_seen', 'pool_size', 'pool_listen',
               'pool_discard', 'followed')
 LISTEN, DISCARD, IN_POOL = range(3)  # belief[s, ...]
-HITS, TRIALS, LARGEST_REWARD, SCALE = range(4)  # pooled[...]
+HITS, TRIALS, LARGEST_REWARD, SCALE, ALTERNATIVES = range(5)  # pooled[...]
+IN_USE, FIRST_SCORE, N_SIZES = 0, 1, 6  # prior_sizes[...]
+USUAL_SIZE = 8.0  # samples that the prior of slips counts as, before any outcome was predicted
+FIRST_RECORD = 4.0  # pieces of advice of a mentor taken for good before any was proved
 EPISODES, MEAN, LOWEST, HIGHEST = range(4)  # followed[m, ...]
 OUTCOMES, PREDECESSORS = 8, 16  # that a model keeps of each action, and of each state
+COUNT, SUCCESSOR, REWARD = range(3)  # model[s, a, k, ...]
+TERMINAL = -1.0  # successor of an outcome that ends the episode in a terminal state
+SAMPLES, VALUE_SUM, SQUARE_SUM, USUAL, USUAL_COUNT, USUAL_VALUE = range(6)  # workspace[a, ...]
 
 # In a node the fields are memoryviews of the arrays: single elements come three times as fast.
 Array = NDArray[Any]
@@ -63,7 +69,10 @@ class LearnerState(NamedTuple):
         q + half_difference and q - half_difference.
     model: `model[s, a, k]` of outcome k: number of samples, successor, mean reward.
     pooled: over all states: how often an action had its usual outcome, of how many times; the
-        largest reward, and the largest absolute value of a reward.
+        largest reward, and the largest absolute value of a reward; with a prior of slips, how
+        often an action was tried for the first time in a state that had been left before.
+    prior_sizes: the size of the prior of slips in use, then the logarithm of the likelihood of all
+        outcomes so far with a prior of 1, 2, 4, 8, 16 and 32 samples.
     values: `values[s]`, of the best action.
     potential: `potential[s, a]`: probability of trying an action that may be better than it looks.
     advised: int64: `advised[s]`, the newest advice, -1 for none; rows as of `belief`.
@@ -111,6 +120,7 @@ class LearnerState(NamedTuple):
     confidences: Array
     followed: Array
     followed_mentor: Array
+    prior_sizes: Array
 
     def views(self) -> Any:
         """Return memoryviews of the same arrays, by name, for kernels that run as plain Python."""
@@ -130,6 +140,7 @@ def initial_state(world: World, config: LearnerConfig, n_mentors: int = 1) -> Le
     leaves_traces = config.trace_decay > 0 or config.replays or config.learns_model
     traced = states if leaves_traces else 0
     first_belief = (config.belief_listen, config.belief_discard)
+    first_record = FIRST_RECORD if config.trust == 'track_record' else 1.0
 
     def scalar(value: float) -> Array:
         return np.array([value])
@@ -144,7 +155,7 @@ def initial_state(world: World, config: LearnerConfig, n_mentors: int = 1) -> Le
         scheduled_confidence=scalar(config.confidence), temperature=scalar(config.temperature),
         trust_rate=scalar(config.trust_rate),
         guided_stage=scalar(0.0), best_return=scalar(-np.inf),
-        advice_agreed=of_each_mentor(1.0), advice_seen=of_each_mentor(1.0),
+        advice_agreed=of_each_mentor(first_record), advice_seen=of_each_mentor(first_record),
         pool_size=of_each_mentor(1.0), pool_listen=of_each_mentor(first_belief[0]),
         pool_discard=of_each_mentor(first_belief[1]),
         traces=np.zeros((traced, n_actions)),
@@ -192,7 +203,8 @@ def _later_arrays(states: int, n_actions: int, config: LearnerConfig,
     if config.learns_model:
         arrays |= {
             'values': np.zeros(states), 'potential': np.zeros((states, n_actions)),
-            'advised': np.full(n_mentors * states, -1), 'workspace': np.zeros((n_actions, 5))}
+            'advised': np.full(n_mentors * states, -1), 'workspace': np.zeros((n_actions, 6)),
+            'pooled': np.zeros(5), 'prior_sizes': np.array([USUAL_SIZE] + N_SIZES * [0.0])}
     if config.planner != 'none':
         arrays['priority'] = np.zeros(states)
     if config.planner == 'psrl':
@@ -209,7 +221,8 @@ def _later_arrays(states: int, n_actions: int, config: LearnerConfig,
 # Arrays that came later, as they are where the settings do not use them: what was saved before has
 # none of them.
 LATER_ARRAYS: dict[str, Array] = {
-    **{name: np.zeros(0) for name in ('pooled', 'values', 'priority', 'confidences')},
+    **{name: np.zeros(0)
+       for name in ('pooled', 'values', 'priority', 'confidences', 'prior_sizes')},
     **{name: np.zeros((0, 0))
        for name in ('half_difference', 'potential', 'workspace', 'followed')},
     **{name: np.zeros(0, dtype=np.int64)

@@ -95,7 +95,7 @@ class Learned(NamedTuple):
         state, states = self.state, len(world.free)
         successor, modelled = state.outcomes[..., 1], state.model[..., 1:2]
         counts, before = state.model[..., :1], state.predecessors
-        hits, trials, _, scale = state.pooled if len(state.pooled) else np.zeros(4)
+        hits, trials, _, scale = state.pooled[:4] if len(state.pooled) else np.zeros(4)
         for name, rule, holds in (
                 ('q', '-inf where there is no such action, and finite elsewhere',
                  np.where(world.available, np.isfinite(state.q), state.q == -np.inf)),
@@ -113,6 +113,8 @@ class Learned(NamedTuple):
                  and (modelled == np.floor(modelled)).all()),
                 ('pooled', 'finite, with at most as many hits as trials',
                  np.isfinite(state.pooled).all() and 0 <= hits <= trials and scale >= 0),
+                ('prior_sizes', 'finite, and the one in use above 0',
+                 np.isfinite(state.prior_sizes).all() and (state.prior_sizes[:1] > 0).all()),
                 ('values', 'finite', np.isfinite(state.values)),
                 ('potential', 'finite and at least 0',
                  (state.potential >= 0) & np.isfinite(state.potential)),

@@ -1,26 +1,34 @@
 # SPDX-License-Identifier: Apache-2.0
 """Model of all outcomes of each action, with a slip prior of all states, and its backups."""
 
-import math
-
+from comply_ros.learner.action_doubt import update_potential
 from comply_ros.learner.learner_config import KernelConfig
 from comply_ros.learner.learner_state import (
+    ALTERNATIVES,
     Array,
+    COUNT,
     HITS,
     LARGEST_REWARD,
     LearnerState,
     OUTCOMES,
     PREDECESSORS,
+    REWARD,
+    SAMPLES,
     SCALE,
+    SQUARE_SUM,
+    SUCCESSOR,
+    TERMINAL,
     TRIALS,
+    USUAL,
+    USUAL_COUNT,
+    USUAL_VALUE,
+    VALUE_SUM,
 )
 from comply_ros.learner.prior_values import expected_untried_value, usual_probability
+from comply_ros.learner.slip_prior import prior_size, score_sizes
 from comply_ros.numerics.action_values import count_actions, NOTHING
 from comply_ros.numerics.jit import kernel, long_kernel
 
-COUNT, SUCCESSOR, REWARD = range(3)  # model[s, a, k, ...]
-SAMPLES, VALUE_SUM, USUAL, USUAL_COUNT, USUAL_VALUE = range(5)  # workspace[a, ...]
-TERMINAL = -1.0  # successor of an outcome that ends the episode in a terminal state
 MOST_BACKUPS = 20  # of other states, after each step
 TOLERANCE = 3e-4  # of the largest reward: smaller changes of a value are not passed on
 TIME_COST = 3e-4  # of the largest reward: what a step costs beside its reward
@@ -29,7 +37,7 @@ TIME_COST = 3e-4  # of the largest reward: what a step costs beside its reward
 @kernel
 def record_transition(s: int, a: int, r: float, s2: int, done: bool, state: LearnerState) -> None:
     """
-    Change model, pooled, visits and predecessors by one transition.
+    Change model, pooled, prior_sizes, visits and predecessors by one transition.
 
     The ninth outcome of an action, and any later one, is counted with the rarest that is kept,
     the last of them where several are: the newest of these stands for all.
@@ -48,6 +56,11 @@ def record_transition(s: int, a: int, r: float, s2: int, done: bool, state: Lear
         if model[s, a, k, SUCCESSOR] == successor:
             place = k
     place = rarest if place < 0 else place
+    if len(state.prior_sizes) > 0:
+        if state.visits[s, a] >= 2.0:  # tried before: there is something to predict it from
+            score_sizes(s, a, place, usual, successor, state)
+        elif state.departures[s] > 2.0:  # this one is counted there already
+            pooled[ALTERNATIVES] += 1.0
     if state.visits[s, a] >= 3.0:  # twice before: there is a usual outcome
         pooled[TRIALS] += 1.0
         pooled[HITS] += 1.0 if place == usual else 0.0
@@ -128,12 +141,12 @@ def back_up(s: int, config: KernelConfig, state: LearnerState) -> float:
     """
     Change q[s], values[s] and potential[s]; return by how much values[s] changed.
 
-    An action with n samples has the value (2.10) of its counts and of K = `slip_prior` samples
-    more: a share p of them the usual outcome, the others as the other actions of the state.
+    An action with n samples has the value (2.10) of its counts and of `prior_size` samples more: a
+    share p of them the usual outcome, the others as the other actions of the state.
     """
     q, visits, workspace = state.q, state.visits, state.workspace
     samples, value_sum, best_value, best_successor = _sum_up(s, config, state)
-    p, prior, top, greedy = usual_probability(state.pooled), config.slip_prior, NOTHING, 0
+    p, prior, top, greedy = usual_probability(state.pooled), prior_size(config, state), NOTHING, 0
     cost = TIME_COST * (state.pooled[SCALE] if state.pooled[SCALE] > 0.0 else 1.0)
     for a in range(count_actions(config.actions)):
         if q[s, a] <= NOTHING:
@@ -152,7 +165,8 @@ def back_up(s: int, config: KernelConfig, state: LearnerState) -> float:
             top, greedy = q[s, a], a
     change = abs(top - state.values[s])
     state.values[s] = top
-    _update_potential(s, greedy, best_value, best_successor, config, state)
+    margin = TOLERANCE * state.pooled[SCALE]
+    update_potential(s, greedy, margin, best_value, best_successor, config, state)
     return change
 
 
@@ -169,7 +183,7 @@ def _sum_up(s: int, config: KernelConfig,
     samples, value_sum, best_value, best_successor = 0.0, 0.0, NOTHING, TERMINAL
     for a in range(count_actions(config.actions)):
         workspace[a, SAMPLES], workspace[a, VALUE_SUM] = 0.0, 0.0
-        workspace[a, USUAL_COUNT] = 0.0
+        workspace[a, USUAL_COUNT], workspace[a, SQUARE_SUM] = 0.0, 0.0
         for k in range(OUTCOMES):
             count = model[s, a, k, COUNT]
             if count == 0.0:
@@ -179,6 +193,7 @@ def _sum_up(s: int, config: KernelConfig,
             value = model[s, a, k, REWARD] + config.discount * following
             workspace[a, SAMPLES] += count
             workspace[a, VALUE_SUM] += count * value
+            workspace[a, SQUARE_SUM] += count * value * value
             if count > workspace[a, USUAL_COUNT]:
                 workspace[a, USUAL_COUNT], workspace[a, USUAL] = count, successor
                 workspace[a, USUAL_VALUE] = value
@@ -203,34 +218,3 @@ def _intended_value(s: int, a: int, config: KernelConfig, state: LearnerState) -
                 and workspace[b, USUAL] == workspace[a, USUAL]:
             return expected_untried_value(s, -1, True, config, state)
     return workspace[a, USUAL_VALUE]
-
-
-@kernel
-def _update_potential(s: int, greedy: int, best_value: float, best_successor: float,
-                      config: KernelConfig, state: LearnerState) -> None:
-    """
-    Change potential[s, a]: the chance to try a, since it may lead to the best outcome known here.
-
-    Where the best action has another usual outcome, any other action may be the one that is meant
-    to lead to the best outcome, and may have slipped so far. An action that had its usual outcome
-    d times more often is tried with probability ratio^d, the likelihood ratio of the two.
-    """
-    workspace, potential, have, p = state.workspace, state.potential, 0.0, usual_probability(
-        state.pooled)
-    for a in range(count_actions(config.actions)):
-        potential[s, a] = 0.0
-        have += 1.0 if state.q[s, a] > NOTHING else 0.0
-    margin = TOLERANCE * state.pooled[SCALE]
-    if workspace[greedy, SAMPLES] == 0.0 or p == 1.0 or \
-            best_value <= workspace[greedy, USUAL_VALUE] + margin:
-        return
-    ratio = min(1.0, (1.0 - p) / (p * max(have - 1.0, 1.0)))
-    for a in range(count_actions(config.actions)):
-        if a != greedy and workspace[a, SAMPLES] > 0.0 and workspace[a, USUAL] != best_successor:
-            seen = 0.0
-            for k in range(OUTCOMES):
-                if state.model[s, a, k, COUNT] == 0.0:
-                    break
-                if state.model[s, a, k, SUCCESSOR] == best_successor:
-                    seen = state.model[s, a, k, COUNT]
-            potential[s, a] = math.pow(ratio, workspace[a, USUAL_COUNT] - seen)

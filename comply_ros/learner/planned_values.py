@@ -4,8 +4,15 @@
 import math
 
 from comply_ros.learner.learner_config import KernelConfig, MBIE_EB, PSRL, R_MAX
-from comply_ros.learner.learner_state import LARGEST_REWARD, LearnerState, OUTCOMES
-from comply_ros.learner.outcome_model import COUNT, REWARD, SUCCESSOR, TERMINAL
+from comply_ros.learner.learner_state import (
+    COUNT,
+    LARGEST_REWARD,
+    LearnerState,
+    OUTCOMES,
+    REWARD,
+    SUCCESSOR,
+    TERMINAL,
+)
 from comply_ros.numerics.action_values import count_actions, max_q_except, NOTHING
 from comply_ros.numerics.jit import kernel, long_kernel
 

@@ -2,8 +2,7 @@
 """Posterior sampling (PSRL): the outcomes of an action, drawn as they may be for all it knows."""
 
 from comply_ros.learner.learner_config import KernelConfig
-from comply_ros.learner.learner_state import LearnerState, OUTCOMES
-from comply_ros.learner.outcome_model import COUNT
+from comply_ros.learner.learner_state import COUNT, LearnerState, OUTCOMES
 from comply_ros.numerics.gamma_variate import gamma_variate
 from comply_ros.numerics.jit import kernel, long_kernel
 

@@ -5,6 +5,7 @@ import math
 
 from comply_ros.learner.learner_config import KernelConfig
 from comply_ros.learner.learner_state import (
+    ALTERNATIVES,
     Array,
     HITS,
     LARGEST_REWARD,
@@ -17,7 +18,8 @@ from comply_ros.numerics.jit import kernel
 
 TRUSTED_UNTRIED = 0.3  # share of the largest reward that is expected where a mentor is trusted
 MOST_SURE = 0.98  # of several mentors, none counts as more often right than this
-UNPROVED = 0.1  # pieces of advice taken for wrong before any was proved, where spread is 1
+UNPROVED = 0.004  # tests that advice is taken to have failed, before any other action was tried
+UNPROVED_SPREAD = 0.06  # the same, in addition, where outcomes are as random as can be
 ADVICE_BONUS = 0.03  # of the largest reward: what advice adds to an action never tried
 
 
@@ -36,15 +38,22 @@ def outcome_spread(pooled: Array) -> float:
 
 @kernel
 def record_of(m: int, state: LearnerState) -> float:
-    """Share rho of advice of mentor m that proved good; 1 before any was put to the proof."""
+    """Share rho of advice of mentor m that proved good, and of 4 more before any was."""
     return state.advice_agreed[m] / state.advice_seen[m]
 
 
 @kernel
 def doubt_of(m: int, state: LearnerState) -> float:
-    """Share of advice of mentor m that may be wrong: 1 - rho, more while little was proved."""
-    unproved = UNPROVED * outcome_spread(state.pooled)
-    return 1.0 - state.advice_agreed[m] / (state.advice_seen[m] + unproved)
+    """
+    Probability that advice of mentor m is wrong: 1 - rho, but never less than u / (u + 1 + t).
+
+    t: how often another action was tried beside what was known, over all states. So a mentor that
+    never proved wrong is doubted less and less, but is put to the proof for ever: about as often
+    as the root of the number of steps.
+    """
+    unproved = UNPROVED + UNPROVED_SPREAD * outcome_spread(state.pooled)
+    tests = 1.0 + state.pooled[ALTERNATIVES]
+    return max(1.0 - record_of(m, state), unproved / (unproved + tests))
 
 
 @kernel

@@ -13,6 +13,7 @@ from comply_ros.learner.prior_values import (
 from comply_ros.numerics.action_values import count_actions, count_untried, max_q_except, NOTHING
 from comply_ros.numerics.jit import kernel, long_kernel
 
+SAME = 2e-3  # of the largest reward: values that differ by less count as equally good
 MOST_RETURNS = 7.0  # of an episode to a state; after more it seems to go round in circles
 
 
@@ -30,10 +31,10 @@ def advice_slack(s: int, m: int, advice: int, config: KernelConfig, state: Learn
     The error of a value that was estimated from n samples of outcomes as random as those of this
     world falls with the root of n. Nothing for a mentor without credit; less and less in a loop.
     """
-    spread = outcome_spread(state.pooled) * state.pooled[SCALE]
+    spread = outcome_spread(state.pooled)
     trust = credit(s, m, advice, config, state)
-    slack = config.advice_slack * spread * trust / math.sqrt(state.visits[s, advice])
-    return slack / max(1.0, state.traces[s, 0] - MOST_RETURNS)
+    slack = (config.advice_slack * spread / math.sqrt(state.visits[s, advice]) + SAME) * trust
+    return slack * state.pooled[SCALE] / max(1.0, state.traces[s, 0] - MOST_RETURNS)
 
 
 @kernel
@@ -80,5 +81,6 @@ def _record_advice(s: int, m: int, advice: int, looping: bool, config: KernelCon
         state.advice_seen[m] += 1.0
     elif state.visits[s, advice] > 1.0 and best_tried > NOTHING:
         state.advice_seen[m] += 1.0
-        if value >= best_tried - advice_slack(s, m, advice, config, state):
+        slack = advice_slack(s, m, advice, config, state) + SAME * state.pooled[SCALE]
+        if value >= best_tried - slack:
             state.advice_agreed[m] += 1.0

@@ -53,3 +53,16 @@ class Bench:
     def update_belief(self, as_run, a, delta, s=4, m=0):
         """Change the belief in mentor m by action a in state s, where it advised RIGHT."""
         as_run(update_belief)(s, a, m, RIGHT, delta, self.kernel_config, self.state)
+
+
+def model_bench(**settings):
+    """Return a bench in which 10 was earned, and 3 of 4 actions had their usual outcome."""
+    bench = Bench(room(), learns_model=True, **settings)
+    bench.state.pooled[:4] = [3.0, 4.0, 10.0, 10.0]  # p = (3 + 1) / (4 + 1) = 0.8
+    return bench
+
+
+def see(bench, a, *outcomes, s=4):
+    """Change the model: action a had outcomes of (samples, successor, reward)."""
+    bench.state.model[s, a, :len(outcomes)] = outcomes
+    bench.state.visits[s, a] += sum(outcome[0] for outcome in outcomes)

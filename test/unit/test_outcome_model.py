@@ -3,29 +3,24 @@
 
 import numpy as np
 import pytest
-from tiny_worlds import advised, Bench, corridor, grid, room
+from tiny_worlds import advised, Bench, corridor, grid, model_bench, room, see
 
-from comply_ros.learner.learner_state import HITS, LARGEST_REWARD, OUTCOMES, SCALE, TRIALS
-from comply_ros.learner.outcome_model import back_up, propagate, record_transition, TERMINAL
+from comply_ros.learner.learner_state import (
+    ALTERNATIVES,
+    HITS,
+    LARGEST_REWARD,
+    OUTCOMES,
+    SCALE,
+    TERMINAL,
+    TRIALS,
+)
+from comply_ros.learner.outcome_model import back_up, propagate, record_transition
 from comply_ros.learner.update_rules import learn
 from comply_ros.learner.usual_outcome import finish_episode
 from comply_ros.world.grid import DOWN, LEFT, RIGHT, UP
 from comply_ros.world.mdp import World
 
 COST = 0.003  # of a step, where the largest reward is 10
-
-
-def model_bench(**settings):
-    """Return a bench in which 10 was earned, and 3 of 4 actions had their usual outcome."""
-    bench = Bench(room(), learns_model=True, **settings)
-    bench.state.pooled[...] = [3.0, 4.0, 10.0, 10.0]  # p = (3 + 1) / (4 + 1) = 0.8
-    return bench
-
-
-def see(bench, a, *outcomes, s=4):
-    """Change the model: action a had outcomes of (samples, successor, reward)."""
-    bench.state.model[s, a, :len(outcomes)] = outcomes
-    bench.state.visits[s, a] += sum(outcome[0] for outcome in outcomes)
 
 
 def backed_up(as_run, bench, s=4):
@@ -72,32 +67,6 @@ def test_an_outcome_that_another_action_has_more_often_may_be_a_slip(as_run):
     assert backed_up(as_run, bench)[LEFT] == pytest.approx((5 + 8 * 6.2) / 9)
 
 
-def test_an_action_may_be_tried_again_that_may_lead_to_the_best_outcome(as_run):
-    # The best outcome is state 5, where only slips led so far. Each of 3 other actions slips there
-    # with probability 0.2 / 3, and would lead there with 0.8: the ratio is 1 / 12. UP had another
-    # outcome twice, DOWN four times; LEFT slipped there once, and had its usual one twice.
-    bench = model_bench()
-    bench.state.values[[1, 3, 5, 7]] = 0.0, 1.0, 9.0, 2.0
-    see(bench, UP, (2, 7, -1.0))
-    see(bench, DOWN, (4, 1, -1.0))
-    see(bench, LEFT, (2, 3, -1.0), (1, 5, -1.0))
-    see(bench, RIGHT, (9, 8, 4.0), (1, 5, -1.0))
-    as_run(back_up)(4, bench.kernel_config, bench.state)
-    assert bench.state.q[4].argmax() == RIGHT
-    assert bench.state.potential[4].tolist() == pytest.approx([1 / 12, 0.0, 12 ** -4, 12 ** -2])
-
-
-def test_nothing_is_in_doubt_where_nothing_slips(as_run):
-    bench = model_bench()
-    bench.state.pooled[HITS] = 4.0
-    bench.state.values[5] = 9.0
-    for a, successor in ((UP, 7), (DOWN, 1), (LEFT, 3)):
-        see(bench, a, (1, successor, -1.0))
-    see(bench, RIGHT, (3, 8, 4.0), (1, 5, -1.0))
-    as_run(back_up)(4, bench.kernel_config, bench.state)
-    assert bench.state.potential[4].tolist() == [0.0] * 4
-
-
 def recorded(as_run, *steps):
     """Return the state after steps of (reward, successor, done) with RIGHT in state 4."""
     bench = Bench(room(), learns_model=True)
@@ -118,6 +87,13 @@ def test_each_outcome_has_its_count_and_its_mean_reward(as_run):
 def test_the_slip_prior_counts_from_the_third_time_on(as_run):
     state = recorded(as_run, *((-1.0, s2, False) for s2 in (5, 5, 5, 7, 5)))
     assert (state.pooled[HITS], state.pooled[TRIALS]) == (2.0, 3.0)
+
+
+def test_an_action_that_is_new_beside_another_is_counted_once(as_run):
+    bench = Bench(room(), learns_model=True)
+    for a, beside in ((RIGHT, 0), (RIGHT, 0), (UP, 1), (UP, 1), (LEFT, 2)):
+        as_run(learn)(4, a, -1.0, 4, a, False, advised(-1), 0.0, bench.kernel_config, bench.state)
+        assert bench.state.pooled[ALTERNATIVES] == beside
 
 
 def test_an_outcome_too_many_is_counted_with_the_rarest(as_run):

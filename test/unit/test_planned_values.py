@@ -4,8 +4,7 @@
 import pytest
 from tiny_worlds import Bench, room
 
-from comply_ros.learner.learner_state import LARGEST_REWARD, OUTCOMES
-from comply_ros.learner.outcome_model import TERMINAL
+from comply_ros.learner.learner_state import LARGEST_REWARD, OUTCOMES, TERMINAL
 from comply_ros.learner.planned_values import (
     chance,
     plan_state,

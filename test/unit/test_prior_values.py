@@ -6,7 +6,7 @@ import pytest
 from tiny_worlds import room
 
 from comply_ros.learner.learner_config import LearnerConfig
-from comply_ros.learner.learner_state import initial_state
+from comply_ros.learner.learner_state import ALTERNATIVES, initial_state
 from comply_ros.learner.model_exploration import new_probability
 from comply_ros.learner.prior_values import credit, expected_untried_value, share_of_advice
 from comply_ros.world.grid import LEFT, RIGHT, UP
@@ -18,7 +18,7 @@ def mentored(*records):
     """Return settings and state of a learner whose mentors have these records, as kernels do."""
     world, config = room(), LearnerConfig(learns_model=True, trust='track_record')
     state = initial_state(world, config, len(records))
-    state.pooled[...] = [1.0, 3.0, 10.0, 10.0]  # p is 1/2, and 10 was earned
+    state.pooled[:4] = [1.0, 3.0, 10.0, 10.0]  # p is 1/2, and 10 was earned
     state.advice_seen[...] = 10.0
     state.advice_agreed[...] = 10.0 * np.array(records)
     return config.for_kernels(world.n_actions, len(records)), state
@@ -72,10 +72,11 @@ def test_a_good_mentor_keeps_its_credit_where_bad_ones_agree_on_another_action()
 
 def test_where_mentors_agree_less_is_explored():
     config, state = mentored(0.6, 0.6)
+    state.pooled[ALTERNATIVES] = 10.0  # nothing is doubted more than its record says
     state.visits[CENTRE, RIGHT], state.q[CENTRE] = 2.0, 0.0
     alone = new_probability(CENTRE, advised(state, RIGHT, -1), config, state)
     together = new_probability(CENTRE, advised(state, RIGHT, RIGHT), config, state)
-    assert alone == pytest.approx(0.4 * (1 - 0.6))  # 1 - P, below 1 - 6 / (10 + 0.1)
+    assert alone == pytest.approx(0.4 * (1 - 0.6))  # 1 - P
     # P(right) = 0.36 / (0.36 + 3 (0.4 / 3)^2) = 0.871; the product of the doubts is above 1 - P.
     assert together == pytest.approx(0.4 * (1 - 0.36 / (0.36 + 3 * (0.4 / 3) ** 2)))
 

@@ -7,6 +7,7 @@ import pytest
 from tiny_worlds import advised, Bench, room
 
 from comply_ros.learner.exploration import choose
+from comply_ros.learner.learner_state import ALTERNATIVES
 from comply_ros.learner.model_exploration import doubtful_probability, new_probability
 from comply_ros.learner.prior_values import credence, doubt_of, outcome_spread
 from comply_ros.learner.track_record import advice_holds, advice_slack, hear_advice
@@ -16,7 +17,7 @@ from comply_ros.world.grid import DOWN, LEFT, RIGHT, UP
 def mentored(agreed=1.0, seen=1.0, **settings):
     """Return a bench where 10 was earned, p is 0.5, and of advice some proved good."""
     bench = Bench(room(), learns_model=True, trust='track_record', **settings)
-    bench.state.pooled[...] = [1.0, 3.0, 10.0, 10.0]  # p = (1 + 1) / (3 + 1)
+    bench.state.pooled[...] = [1.0, 3.0, 10.0, 10.0, 79.0]  # p = (1 + 1) / (3 + 1)
     bench.state.advice_agreed[0], bench.state.advice_seen[0] = agreed, seen
     return bench
 
@@ -37,11 +38,18 @@ def test_the_credit_of_a_mentor_falls_to_0_at_one_half(as_run, agreed, credit):
     assert as_run(credence)(0, mentored(agreed, 8.0).state) == pytest.approx(credit)
 
 
-def test_a_mentor_that_was_not_proved_is_in_doubt_where_outcomes_are_random(as_run):
+def test_a_mentor_that_was_never_wrong_is_in_doubt_the_less_the_more_was_tried(as_run):
+    # u is 0.001, and 0.02 more where outcomes are as random as can be.
     bench = mentored()
-    assert as_run(doubt_of)(0, bench.state) == pytest.approx(1 - 1 / 1.1)
-    bench.state.pooled[:2] = 3.0  # p is 1
-    assert as_run(doubt_of)(0, bench.state) == 0.0
+    for tried_beside, doubt in ((0.0, 1.0), (0.979, 0.021), (20.979, 0.001)):
+        bench.state.pooled[ALTERNATIVES] = tried_beside
+        assert as_run(doubt_of)(0, bench.state) == pytest.approx(doubt)
+    bench.state.pooled[:2], bench.state.pooled[ALTERNATIVES] = 3.0, 0.999  # p is 1
+    assert as_run(doubt_of)(0, bench.state) == pytest.approx(0.001)
+
+
+def test_a_mentor_that_was_wrong_is_in_doubt_as_often_as_it_was(as_run):
+    assert as_run(doubt_of)(0, mentored(6.0, 8.0).state) == pytest.approx(0.25)
 
 
 def test_outcomes_are_most_random_where_half_of_them_are_usual(as_run):
@@ -105,7 +113,7 @@ def test_other_actions_are_worth_no_more_than_tried_advice_of_a_mentor_with_cred
 
 
 def test_without_advice_untried_actions_are_explored_and_with_it_as_far_as_it_is_in_doubt(as_run):
-    bench = mentored(6.0, 7.9)  # doubt 1 - 6 / 8
+    bench = mentored(6.0, 8.0)  # doubt 1 - 6 / 8
     bench.state.q[4] = [0.0, 1.0, 0.0, 0.0]
     explores = [as_run(new_probability)(4, advised(a), bench.kernel_config, bench.state)
                 for a in (-1, LEFT, RIGHT)]
@@ -126,7 +134,7 @@ def test_without_advice_untried_actions_are_explored_and_with_it_as_far_as_it_is
     (-1, 0.61, 0.0, UP)])
 def test_a_choice_follows_or_tries_what_is_in_doubt_or_new_or_is_the_best(
         as_run, advice, u_listen, u_act, action):
-    bench = mentored(6.0, 7.9)
+    bench = mentored(6.0, 8.0)
     tried(bench, 0.0, 1.0, 0.0, 0.0)
     bench.state.visits[4, UP] = 1.0
     bench.state.potential[4] = [0.2, 0.0, 0.4, 0.0]
