@@ -38,13 +38,14 @@ def update_potential(s: int, greedy: int, margin: float, best_value: float,
     for a in range(count_actions(config.actions)):
         state.potential[s, a] = 0.0
     if state.workspace[greedy, SAMPLES] > 0.0:
-        _doubt_means(s, greedy, config, state)
+        _doubt_means(s, greedy, margin, config, state)
         if best_value > state.workspace[greedy, USUAL_VALUE] + margin:
             _doubt_usual_outcomes(s, greedy, best_successor, config, state)
 
 
 @kernel
-def _doubt_means(s: int, greedy: int, config: KernelConfig, state: LearnerState) -> None:
+def _doubt_means(s: int, greedy: int, margin: float, config: KernelConfig,
+                 state: LearnerState) -> None:
     """
     Change potential[s, a]: the mean of few samples may be too low by chance.
 
@@ -59,10 +60,10 @@ def _doubt_means(s: int, greedy: int, config: KernelConfig, state: LearnerState)
         n = workspace[a, SAMPLES]
         if n > 0.0:
             squares += workspace[a, SQUARE_SUM] - workspace[a, VALUE_SUM] / n * workspace[
-                a, VALUE_SUM]
+                a, VALUE_SUM] + state.reward_squares[s, a]
             samples += n
             tried += 1.0
-    if samples <= tried or squares <= 0.0:
+    if samples <= tried or squares <= margin * margin * (samples - tried):  # rounding
         return
     variance = squares / (samples - tried)
     weight = config.doubt_weight * min(1.0, NO_SLIPS_KNOWN / size)
@@ -70,9 +71,9 @@ def _doubt_means(s: int, greedy: int, config: KernelConfig, state: LearnerState)
         if a != greedy and workspace[a, SAMPLES] > 0.0:
             error = math.sqrt(variance / (workspace[a, SAMPLES] + size)
                               + variance / (workspace[greedy, SAMPLES] + size))
-            below = (state.q[s, greedy] - state.q[s, a]) / error
-            if below < 8.0:
-                state.potential[s, a] = weight / (1.0 + math.exp(1.7 * below))
+            below = state.q[s, greedy] - state.q[s, a]
+            if below < 8.0 * error:
+                state.potential[s, a] = weight / (1.0 + math.exp(1.7 * below / error))
 
 
 @kernel

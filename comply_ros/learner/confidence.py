@@ -21,6 +21,7 @@ from comply_ros.learner.learner_config import (
     TRACK_RECORD,
 )
 from comply_ros.learner.learner_state import Advice, DISCARD, IN_POOL, LearnerState, LISTEN
+from comply_ros.learner.mentor_choice import best_followed
 from comply_ros.learner.model_exploration import following_probability
 from comply_ros.learner.policy_shaping import policy_shaping_confidence
 from comply_ros.learner.track_record import hear_advice
@@ -206,6 +207,7 @@ def confidence_map(config: LearnerConfig, state: LearnerState,
 
     """
     states = len(state.departures)
+    state = best_followed(state) if config.trust == 'returns' else state
     advice = np.asarray(advice).reshape(-1, states)
     kernel_config, views = config.for_kernels(state.q.shape[1], len(advice)), state.views()
     weighs_action = config.trust in ('shaping', 'head_start', 'track_record')
@@ -244,6 +246,7 @@ def trusted_advice(config: LearnerConfig, state: LearnerState, advice: NDArray[A
     if len(rows) == 1:
         return advice, confidences
     kernel_config = config.for_kernels(state.q.shape[1], len(rows))
+    state = best_followed(state) if config.trust == 'returns' else state
     views = state._replace(confidences=np.zeros(len(rows))).views()  # those of the learner stay
     chosen = np.zeros(states, dtype=np.int64)
     for s in np.flatnonzero((rows >= 0).any(axis=0)).tolist():

@@ -73,6 +73,8 @@ class LearnerState(NamedTuple):
         often an action was tried for the first time in a state that had been left before.
     prior_sizes: the size of the prior of slips in use, then the logarithm of the likelihood of all
         outcomes so far with a prior of 1, 2, 4, 8, 16 and 32 samples.
+    reward_squares: `reward_squares[s, a]`: sum of the squares of the differences of rewards from
+        the mean reward of their outcome.
     values: `values[s]`, of the best action.
     potential: `potential[s, a]`: probability of trying an action that may be better than it looks.
     advised: int64: `advised[s]`, the newest advice, -1 for none; rows as of `belief`.
@@ -121,6 +123,7 @@ class LearnerState(NamedTuple):
     followed: Array
     followed_mentor: Array
     prior_sizes: Array
+    reward_squares: Array
 
     def views(self) -> Any:
         """Return memoryviews of the same arrays, by name, for kernels that run as plain Python."""
@@ -204,7 +207,8 @@ def _later_arrays(states: int, n_actions: int, config: LearnerConfig,
         arrays |= {
             'values': np.zeros(states), 'potential': np.zeros((states, n_actions)),
             'advised': np.full(n_mentors * states, -1), 'workspace': np.zeros((n_actions, 6)),
-            'pooled': np.zeros(5), 'prior_sizes': np.array([USUAL_SIZE] + N_SIZES * [0.0])}
+            'pooled': np.zeros(5), 'reward_squares': np.zeros((states, n_actions)),
+            'prior_sizes': np.array([USUAL_SIZE] + N_SIZES * [0.0])}
     if config.planner != 'none':
         arrays['priority'] = np.zeros(states)
     if config.planner == 'psrl':
@@ -224,7 +228,7 @@ LATER_ARRAYS: dict[str, Array] = {
     **{name: np.zeros(0)
        for name in ('pooled', 'values', 'priority', 'confidences', 'prior_sizes')},
     **{name: np.zeros((0, 0))
-       for name in ('half_difference', 'potential', 'workspace', 'followed')},
+       for name in ('half_difference', 'potential', 'workspace', 'followed', 'reward_squares')},
     **{name: np.zeros(0, dtype=np.int64)
        for name in ('advised', 'queue', 'queued', 'followed_mentor')},
     'predecessors': np.zeros((0, 0), dtype=np.int64), 'sampled': np.zeros((0, 0, 0)),

@@ -95,7 +95,7 @@ class Learned(NamedTuple):
         state, states = self.state, len(world.free)
         successor, modelled = state.outcomes[..., 1], state.model[..., 1:2]
         counts, before = state.model[..., :1], state.predecessors
-        hits, trials, _, scale = state.pooled[:4] if len(state.pooled) else np.zeros(4)
+        hits, trials, _, scale, *others = state.pooled if len(state.pooled) else np.zeros(4)
         for name, rule, holds in (
                 ('q', '-inf where there is no such action, and finite elsewhere',
                  np.where(world.available, np.isfinite(state.q), state.q == -np.inf)),
@@ -111,8 +111,11 @@ class Learned(NamedTuple):
                  and (modelled >= -1.0).all() and (modelled < states).all()
                  and (counts == np.floor(counts)).all()
                  and (modelled == np.floor(modelled)).all()),
-                ('pooled', 'finite, with at most as many hits as trials',
-                 np.isfinite(state.pooled).all() and 0 <= hits <= trials and scale >= 0),
+                ('pooled', 'finite, with counts of at least 0 and at most as many hits as trials',
+                 np.isfinite(state.pooled).all() and 0 <= hits <= trials and scale >= 0
+                 and min(others, default=0) >= 0),
+                ('reward_squares', 'finite and at least 0',
+                 (state.reward_squares >= 0) & np.isfinite(state.reward_squares)),
                 ('prior_sizes', 'finite, and the one in use above 0',
                  np.isfinite(state.prior_sizes).all() and (state.prior_sizes[:1] > 0).all()),
                 ('values', 'finite', np.isfinite(state.values)),

@@ -3,6 +3,8 @@
 
 import math
 
+import numpy as np
+
 from comply_ros.learner.learner_config import KernelConfig
 from comply_ros.learner.learner_state import EPISODES, HIGHEST, LearnerState, LOWEST, MEAN
 from comply_ros.numerics.jit import kernel, long_kernel
@@ -47,8 +49,7 @@ def record_return(r: float, config: KernelConfig, state: LearnerState) -> None:
     """
     Change what is known of the mentor followed, by the return r of an episode that has ended.
 
-    Until the next episode begins, followed_mentor is the one with the highest mean return: a
-    learner that stops to explore follows that one.
+    Until the next episode begins, followed_mentor is the one with the highest mean return.
     """
     m = state.followed_mentor[0]
     if m < 0:  # the episode began before mentors were chosen
@@ -59,3 +60,14 @@ def record_return(r: float, config: KernelConfig, state: LearnerState) -> None:
     state.followed[m, LOWEST] = r if first else min(r, state.followed[m, LOWEST])
     state.followed[m, HIGHEST] = r if first else max(r, state.followed[m, HIGHEST])
     _follow_best(0.0, config, state)
+
+
+def best_followed(state: LearnerState) -> LearnerState:
+    """
+    Return the arrays with the mentor of the highest mean return as the one that is followed.
+
+    A learner that stops to explore follows that one, whoever is tried in this episode.
+    """
+    followed = np.where(state.followed[:, EPISODES] > 0.0, state.followed[:, MEAN], -np.inf)
+    best = int(followed.argmax()) if (followed > -np.inf).any() else -1
+    return state._replace(followed_mentor=np.array([best]))

@@ -37,7 +37,7 @@ TIME_COST = 3e-4  # of the largest reward: what a step costs beside its reward
 @kernel
 def record_transition(s: int, a: int, r: float, s2: int, done: bool, state: LearnerState) -> None:
     """
-    Change model, pooled, prior_sizes, visits and predecessors by one transition.
+    Change model, pooled, prior_sizes, reward_squares, visits, predecessors by one transition.
 
     The ninth outcome of an action, and any later one, is counted with the rarest that is kept,
     the last of them where several are: the newest of these stands for all.
@@ -72,7 +72,10 @@ def record_transition(s: int, a: int, r: float, s2: int, done: bool, state: Lear
     model[s, a, place, SUCCESSOR] = successor
     model[s, a, place, COUNT] += 1.0
     count = model[s, a, place, COUNT]
-    model[s, a, place, REWARD] += (r - model[s, a, place, REWARD]) / count
+    before = model[s, a, place, REWARD]
+    model[s, a, place, REWARD] += (r - before) / count
+    if len(state.reward_squares) > 0:
+        state.reward_squares[s, a] += (r - before) * (r - model[s, a, place, REWARD])
     state.visits[s, a] += 1.0
 
 

@@ -18,7 +18,7 @@ from comply_ros.numerics.jit import kernel
 
 TRUSTED_UNTRIED = 0.3  # share of the largest reward that is expected where a mentor is trusted
 MOST_SURE = 0.98  # of several mentors, none counts as more often right than this
-UNPROVED = 0.004  # tests that advice is taken to have failed, before any other action was tried
+UNPROVED = 0.004  # failures of advice that are supposed, beside those that were seen
 UNPROVED_SPREAD = 0.06  # the same, in addition, where outcomes are as random as can be
 ADVICE_BONUS = 0.03  # of the largest reward: what advice adds to an action never tried
 
@@ -38,7 +38,7 @@ def outcome_spread(pooled: Array) -> float:
 
 @kernel
 def record_of(m: int, state: LearnerState) -> float:
-    """Share rho of advice of mentor m that proved good, and of 4 more before any was."""
+    """Share rho of advice of mentor m that proved good; 4 pieces are good from the start."""
     return state.advice_agreed[m] / state.advice_seen[m]
 
 

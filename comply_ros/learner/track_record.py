@@ -29,7 +29,8 @@ def advice_slack(s: int, m: int, advice: int, config: KernelConfig, state: Learn
     By how much the value of advice of mentor m may lie below the best one, before it is worse.
 
     The error of a value that was estimated from n samples of outcomes as random as those of this
-    world falls with the root of n. Nothing for a mentor without credit; less and less in a loop.
+    world falls with the root of n; and values that differ by less than `SAME` are equally good.
+    Nothing for a mentor without credit; less and less in a loop.
     """
     spread = outcome_spread(state.pooled)
     trust = credit(s, m, advice, config, state)
@@ -72,7 +73,7 @@ def hear_advice(s: int, advice: Advice, config: KernelConfig, state: LearnerStat
 @kernel
 def _record_advice(s: int, m: int, advice: int, looping: bool, config: KernelConfig,
                    state: LearnerState) -> None:
-    """Change the record of mentor m by its advice in state s."""
+    """Change the record of mentor m by its advice in state s, also good if `SAME` worse."""
     best_tried, value = NOTHING, state.q[s, advice]
     for a in range(count_actions(config.actions)):
         if a != advice and state.visits[s, a] > 1.0 and state.q[s, a] > best_tried:

@@ -92,7 +92,7 @@ class SafeParameterNode(Node):
         return value
 
     def _declare(self, parameter: Parameter) -> RosParameter:
-        """Declare a parameter in rclpy; one that is a double may be given as an integer."""
+        """Declare a parameter in rclpy; one that has doubles may be given integers."""
         given = self._override(parameter)
         if type(given) is bool and str(given).lower() in (parameter.choices or ()):
             return self.declare_parameter(parameter.name, str(given).lower(),
@@ -100,6 +100,11 @@ class SafeParameterNode(Node):
         if type(parameter.default) is float and type(given) is int:
             return self.declare_parameter(parameter.name, float(given), descriptor(parameter),
                                           ignore_override=True)
+        numbers = given if isinstance(given, list) else [given]
+        if type(parameter.default) is list and type(next(iter(parameter.default), None)) is float \
+                and numbers and all(type(each) in (int, float) for each in numbers):
+            return self.declare_parameter(parameter.name, [float(each) for each in numbers],
+                                          descriptor(parameter), ignore_override=True)
         return self.declare_parameter(parameter.name, parameter.default, descriptor(parameter))
 
     def on_parameters_set(self, apply: Callable[[dict[str, Any]], None],

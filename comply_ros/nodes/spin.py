@@ -98,10 +98,15 @@ def _spin(made: Any, stop: StopFlag) -> None:
     try:
         while rclpy.ok() and not stop.is_set() and not has_ended:
             executor.spin_once(timeout_sec=POLL_PERIOD)  # spin() of the wheels loops when idle
-            for node in nodes:
-                has_ended = has_ended or node.has_ended
-                if node.mistake:
+            has_ended = any(node.has_ended for node in nodes)
+            for node in [each for each in nodes if each.mistake]:
+                if len(nodes) == 1:
                     raise node.mistake
+                node.get_logger().error(f'{node.mistake}; this node ends, and the others of its '
+                                        'process go on')
+                nodes.remove(node)
+                executor.remove_node(node)
+                node.leave()
     finally:
         for node in nodes:
             node.leave()

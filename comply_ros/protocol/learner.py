@@ -303,7 +303,8 @@ class Learner:
             counts, outputs = self._advice.add_advice(m, msg, self._world)
             if not counts:
                 return outputs
-            if before is None or before.action != msg.action:  # else it is known already
+            is_news = before is None or before.action != msg.action
+            if self.keeps_journal and is_news:
                 received = msg[:5]
                 self.journal_entries.append(ReceivedOtherAdvice(m, *received) if m else
                                             ReceivedAdvice(*received))

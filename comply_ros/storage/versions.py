@@ -8,7 +8,7 @@ FORMAT_VERSION = 3
 # Fields of `LearnerConfig` that older files do not have, and the value that they had then.
 LATER_FIELDS = {
     'learns': True, 'epsilon': 0.0, 'expects': False, 'doubles': False, 'learns_model': False,
-    'slip_prior': 8.0, 'doubt_weight': 0.0, 'untried_value': 0.65, 'advice_slack': 0.12,
+    'slip_prior': 0.0, 'doubt_weight': 0.5, 'untried_value': 0.65, 'advice_slack': 0.12,
     'planner': 'none', 'known_after': 5, 'count_bonus': 0.3, 'unseen_weight': 0.01,
     'follows_majority': False, 'estimates_consistency': False, 'return_bonus': 0.1}
 

@@ -11,12 +11,14 @@ from short_training import digest_of
 from waiting import wait_until
 
 import comply_ros
+from comply_ros.mentor.policy_text import format_policy
 from comply_ros.nodes.mentor import PoliciesInMaking, validate_robots
 from comply_ros.nodes.node_processes import run_nodes
 from comply_ros.nodes.parameters import ParameterError
 from comply_ros.storage.map_files import read_map
 from comply_ros.storage.mentor_cache import read_mentor_spec
 from comply_ros.world.mdp import World
+from comply_ros.world.planning import optimal_policy
 
 ROBOTS = ('/robot_1', '/robot_2', '/robot_3')
 LEARNER = ('-p', 'method:=explicit', '-p', 'iterations:=6', '-p', 'episodes:=4',
@@ -85,6 +87,28 @@ def test_robots_that_cannot_be_end_the_mentor_in_a_sentence(tmp_path):
                            "'robot_2'"), 'the error')
         wait_until(lambda: mentor.end_report() is not None, 'the end')
         assert 'exit code 2' in mentor.end_report()
+
+
+@pytest.mark.usefixtures('domain')
+def test_a_robot_whose_world_the_mentor_is_not_for_costs_the_others_nothing(tmp_path):
+    world = World(read_map('bar_grid', 'published'))
+    policy = tmp_path / 'policy.txt'
+    policy.write_text(format_policy(optimal_policy(world), world))
+    arguments = {
+        'mentor': in_namespace('/robot_1', '-p', f'mentor:=file:{policy}', '-p',
+                               'robots:=[/robot_2]'),
+        'maze': in_namespace('/robot_2', '-p', 'map:=maze'),
+        'grid_world': in_namespace('/robot_1', '-p', 'map:=bar_grid'),
+        'learner': in_namespace('/robot_1', *LEARNER)}
+    with run_nodes({name: arguments[name] for name in ('mentor', 'maze')}, tmp_path,
+                   executables={'maze': 'grid_world'}) as (mentor, _):
+        wait_until(log_has(mentor, 'this node ends, and the others of its process go on'),
+                   'the end of one')
+        with run_nodes({name: arguments[name] for name in ('grid_world', 'learner')},
+                       tmp_path) as (_, learner):
+            assert digest_of(learner) == comply_ros.train(
+                'bar_grid', 'explicit', 'optimal', iterations=6, episodes=4).digest
+        mentor.check()
 
 
 @pytest.mark.parametrize('given', [['/robot_2', '/robot_2'], ['/robot_1']])

@@ -32,10 +32,10 @@ def two_means(size, **settings):
     return bench
 
 
-def doubted(as_run, bench):
+def doubted(as_run, bench, margin=0.003):
     """Return the chance to try each action of state 4, where RIGHT is the best one."""
     as_run(update_potential)(
-        4, RIGHT, 0.003, 6.0, TERMINAL, bench.kernel_config, bench.state)
+        4, RIGHT, margin, 6.0, TERMINAL, bench.kernel_config, bench.state)
     return bench.state.potential[4].tolist()
 
 
@@ -59,10 +59,27 @@ def test_an_action_that_is_worse_by_far_is_not_in_doubt(as_run):
     assert doubted(as_run, bench) == [0.0] * 4
 
 
-def test_where_all_samples_are_alike_no_mean_is_in_doubt(as_run):
+@pytest.mark.parametrize('rounded', [0.0, 1e-13, -1e-13])
+def test_where_all_samples_are_alike_no_mean_is_in_doubt(as_run, rounded):
     bench = two_means(2)
-    bench.state.workspace[RIGHT, SQUARE_SUM] = 100.0  # 5, 5, 5 and 5
+    bench.state.workspace[RIGHT, SQUARE_SUM] = 100.0 + rounded  # 5, 5, 5 and 5
     assert doubted(as_run, bench) == [0.0] * 4
+
+
+def test_a_difference_that_is_too_small_for_its_error_divides_nothing_by_0(as_run):
+    bench = two_means(32)
+    bench.state.workspace[RIGHT, SQUARE_SUM], bench.state.q[4, UP] = 100.0, 5.0
+    bench.state.reward_squares[4, RIGHT] = 1e-322  # a share of it is 0 in a computer
+    assert doubted(as_run, bench, margin=0.0) == [0.0] * 4
+
+
+def test_rewards_that_differ_with_the_same_outcome_are_doubt_too(as_run):
+    # Squares of 4 instead of 1 for each of the samples of RIGHT: the error is twice as large.
+    bench = two_means(2)
+    bench.state.workspace[RIGHT, SQUARE_SUM] = 100.0
+    bench.state.reward_squares[4, RIGHT] = 16.0
+    error = 2 * math.sqrt(1 / 4 + 1 / 6)
+    assert doubted(as_run, bench)[UP] == pytest.approx(0.5 / (1 + math.exp(1.7 / error)))
 
 
 def test_an_action_may_be_tried_again_that_may_lead_to_the_best_outcome(as_run):

@@ -18,8 +18,9 @@ SCALARS = ('scheduled_confidence', 'temperature', 'trust_rate', 'guided_stage', 
 FIELDS = ('q', 'visits', 'belief', 'departures', *SCALARS, 'traces', 'trail', 'outcomes',
           'half_difference', 'model', 'pooled', 'values', 'potential', 'advised', 'predecessors',
           'queue', 'queued', 'workspace', 'priority', 'sampled', 'confidences',
-          'followed', 'followed_mentor', 'prior_sizes')
-OF_A_MODEL = (*FIELDS[FIELDS.index('model'):FIELDS.index('priority')], 'prior_sizes')
+          'followed', 'followed_mentor', 'prior_sizes', 'reward_squares')
+OF_A_MODEL = (*FIELDS[FIELDS.index('model'):FIELDS.index('priority')],
+              'prior_sizes', 'reward_squares')
 OF_A_PLANNER = ('model', 'pooled', 'predecessors', 'queue', 'queued', 'priority', 'sampled')
 
 

@@ -10,9 +10,10 @@ import pytest
 from tiny_worlds import advised, Bench, corridor, room
 
 from comply_ros.learner.agent import Agent
-from comply_ros.learner.confidence import most_trusted_mentor
+from comply_ros.learner.confidence import confidence_map, most_trusted_mentor
 from comply_ros.learner.exploration import choose
 from comply_ros.learner.learner_config import LearnerConfig
+from comply_ros.learner.learner_state import EPISODES, MEAN
 from comply_ros.learner.mentor_choice import choose_mentor, record_return
 from comply_ros.learner.presets import find_method
 from comply_ros.learner.training import Training
@@ -210,3 +211,15 @@ def test_of_a_good_and_a_bad_mentor_the_good_one_is_followed_most(monkeypatch):
     assert result.confidences[1] > 0.5 and math.isfinite(result.mean_return)
     learned = training.learned()
     assert (learned.policy[good >= 0] == good[good >= 0]).mean() > 0.9
+
+
+def test_what_is_learned_is_the_advice_of_the_best_mentor_also_while_another_one_is_tried():
+    bench = Bench(room(), n_mentors=2, trust='returns')
+    bench.state.followed[:, EPISODES], bench.state.followed[:, MEAN] = 3.0, [9.0, -5.0]
+    bench.state.followed_mentor[0] = 1
+    advice = np.full(2 * 9, RIGHT)
+    p = confidence_map(bench.config, bench.state, advice)
+    assert p.tolist() == 9 * [1.0] + 9 * [0.0]
+    assert bench.state.followed_mentor[0] == 1  # the episode goes on with the other one
+    bench.state.followed[:, EPISODES] = 0.0
+    assert not confidence_map(bench.config, bench.state, advice).any()  # nobody was followed yet

@@ -84,6 +84,12 @@ def test_each_outcome_has_its_count_and_its_mean_reward(as_run):
     assert (state.pooled[LARGEST_REWARD], state.pooled[SCALE]) == (10.0, 10.0)
 
 
+def test_rewards_are_compared_with_the_mean_of_their_own_outcome(as_run):
+    # -1 and -2 differ from their mean by 0.5 each; -5 is of another outcome.
+    state = recorded(as_run, (-1.0, 5, False), (-5.0, 4, False), (-2.0, 5, False))
+    assert state.reward_squares[4, RIGHT] == pytest.approx(0.5)
+
+
 def test_the_slip_prior_counts_from_the_third_time_on(as_run):
     state = recorded(as_run, *((-1.0, s2, False) for s2 in (5, 5, 5, 7, 5)))
     assert (state.pooled[HITS], state.pooled[TRIALS]) == (2.0, 3.0)

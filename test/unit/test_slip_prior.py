@@ -65,6 +65,16 @@ def test_of_equally_good_sizes_it_is_eight(as_run):
     assert bench.state.prior_sizes[IN_USE] == 8.0
 
 
+def test_of_equally_good_sizes_that_are_better_it_is_the_smallest(as_run):
+    bench = tried_twice()
+    bench.state.model[4, [UP, LEFT]] = 0.0
+    bench.state.model[4, UP, 0] = 1.0, 5.0, -1.0
+    bench.state.model[4, RIGHT, 0, 0], bench.state.visits[4, RIGHT] = 1e300, 1e300
+    bench.state.prior_sizes[FIRST_SCORE:] = [-1.0, 3.0, 1.0, 1.0, 3.0, -2.0]
+    as_run(score_sizes)(4, RIGHT, 0, 0, 5.0, bench.state)
+    assert bench.state.prior_sizes[IN_USE] == 2.0
+
+
 @pytest.mark.parametrize('setting, size', [(0.0, 4.0), (16.0, 16.0), (1e-9, 1e-9)])
 def test_a_size_that_is_set_is_not_learned(as_run, setting, size):
     bench = tried_twice(slip_prior=setting)
