@@ -92,14 +92,14 @@ def test_a_mentor_with_a_timeout_of_its_own_is_left_and_the_others_are_waited_fo
 
 
 @pytest.mark.parametrize('learner, message', [
-    ('advice_timeouts:=[1.0, 2.0]', "advice_timeouts must have one number for each of the mentors "
+    ('advice_timeouts:=[1, 2]', "advice_timeouts must have one number for each of the mentors "
      "[''], or one for all, got [1.0, 2.0]"),
     ('advice_timeouts:=[-1.0]', 'advice_timeouts must have numbers of seconds in [0.0, 3600.0], '
      'got [-1.0]'),
     ('advice_timeouts:=[.nan]', 'advice_timeouts must have numbers of seconds in [0.0, 3600.0], '
      'got [nan]'),
-    ('advice_timeouts:=[1]', 'parameter advice_timeouts must be a list of doubles such as '
-     '[0.5, 2.0], got [1]'),
+    ('advice_timeouts:=[one]', 'parameter advice_timeouts must be a list of doubles such as '
+     "[0.5, 2.0], got ['one']"),
     ('mentors:=[anna, anna]', "each mentor must have a name of its own, got 'anna' twice"),
     ('mentors:=[a b]', "the name of a mentor must be a letter, then letters, digits and single "
      "underscores between them, got 'a b'")])

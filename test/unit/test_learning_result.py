@@ -3,7 +3,7 @@
 
 from dataclasses import replace
 
-from bar_grid_training import use_shared_code
+from bar_grid_training import use_plain_kernels, use_shared_code
 import numpy as np
 import pytest
 from tiny_worlds import corridor, FOUR, room
@@ -134,7 +134,8 @@ def test_beliefs_begin_anew_with_another_kind_of_trust():
     assert (state.q[state.visits > 1.0] == learned.state.q[learned.state.visits > 1.0]).all()
 
 
-def test_a_learning_without_a_model_cannot_begin_one_with_a_model():
+def test_a_learning_without_a_model_cannot_begin_one_with_a_model(monkeypatch):
+    use_plain_kernels(monkeypatch)
     with pytest.raises(LearningError, match='must be of a learner with replays true'):
         begin_from(trained('sarsa').learned(), World(read_map('bar_grid', 'published')),
                    METHODS['published']['head_start'])

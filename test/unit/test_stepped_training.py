@@ -52,7 +52,8 @@ def test_a_plain_loop_gives_the_bits_of_the_compiled_one(profile, name):
 
 
 @pytest.mark.parametrize('name', [
-    pytest.param('majority_vote', marks=pytest.mark.long), 'policy_shaping_estimated', 'rlpa'])
+    'policy_shaping_estimated',
+    *(pytest.param(name, marks=pytest.mark.long) for name in ('majority_vote', 'rlpa'))])
 def test_a_plain_loop_with_several_mentors_gives_the_bits_of_the_compiled_one(name):
     world = World(read_map('bar_grid', 'published'))
     config = replace(find_method(name, 'published'), episodes=4)
