@@ -169,14 +169,27 @@ def test_a_mistake_is_told_before_anything_is_started(tmp_path, argv, message):
     assert not (tmp_path / 'learner.log').exists()
 
 
-def test_a_lesson_ends_where_others_publish_that_are_found_in_its_first_iteration(tmp_path):
+def test_of_a_lesson_and_a_world_on_its_topics_one_stands_aside(tmp_path):
     with nodes(tmp_path / 'others', grid_world=('-p', 'map:=bar_grid')) as others:
-        wait_until(log_has(others['grid_world'], 'ready'), 'another world')
-        done = run('lesson', *SMALL, '--rate', '1', '--out', str(tmp_path / 'lesson'))  # a minute
-    assert done.returncode == 1
-    assert any(sentence in done.stderr for sentence in (
+        world = others['grid_world']
+        wait_until(log_has(world, 'ready'), 'another world')
+        process = subprocess.Popen(
+            [sys.executable, '-c', START.format('lesson'), *SMALL, '--rate', '1', '--out',
+             str(tmp_path / 'lesson')], stderr=subprocess.PIPE, text=True)  # two minutes
+        try:
+            wait_until(lambda: process.poll() is not None or 'inactive: another world, '
+                       "'bar_grid', came first" in world.log.read_text(), 'one stands aside')
+            if process.poll() is None:  # it had an action first, since they found each other late
+                own = tmp_path / 'lesson' / 'grid_world.log'
+                assert 'inactive: another world' not in own.read_text()
+                return
+        finally:
+            process.terminate()
+            errors = process.communicate(timeout=DEADLINE)[1]
+    assert process.returncode == 1
+    assert any(sentence in errors for sentence in (
         f'lesson: {TAKEN}\n', "lesson: grid_world inactive: another world, 'bar_grid', came first "
-        'and owns these topics')), done.stderr
+        'and owns these topics')), errors
     assert not (tmp_path / 'lesson' / 'summary.json').exists()
 
 
