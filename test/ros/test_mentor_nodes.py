@@ -58,6 +58,7 @@ def test_mentors_that_are_named_in_advance_give_the_bits_of_one_process(
         assert digest_of(own) == expected
 
 
+@pytest.mark.long
 def test_a_lesson_with_several_mentors_gives_the_bits_of_train(tmp_path):
     argv = ('--map', 'bar_grid', '--iterations', '3', '--episodes', '5', '--mentors', 'optimal',
             'anna=noisy:0.5', 'noisy:0.5')

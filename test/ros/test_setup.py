@@ -200,6 +200,7 @@ def test_packages_of_ros_1_on_the_path_of_python_are_not_taken(untouched, folder
     assert (done.stdout, done.stderr) == ('2\n', '')
 
 
+@pytest.mark.long
 def test_a_set_up_is_not_changed_by_settings_of_the_user(folder):
     home = folder / 'home'
     (home / '.config' / 'pip').mkdir(parents=True)
