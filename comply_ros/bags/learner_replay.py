@@ -212,9 +212,9 @@ class LearnerReplay:
         answered, outputs = self.learner.step_count, ()
         for _ in range(ATTEMPTS):
             outputs = self.learner.observe(observation)
-            for hear, action in zip(self.learner.hears, advice):
+            for receive, action in zip(self.learner.receivers, advice):
                 if self.learner.waiting:
-                    outputs += hear(Recommendation(*observation[:4], action))
+                    outputs += receive(Recommendation(*observation[:4], action))
             if self.learner.step_count > answered:
                 break
             self.learner.tick()

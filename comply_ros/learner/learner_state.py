@@ -20,8 +20,8 @@ OF_MENTORS = ('belief', 'advised', 'advice_agreed', 'advice_seen', 'pool_size', 
               'pool_discard', 'followed')
 LISTEN, DISCARD, IN_POOL = range(3)  # belief[s, ...]
 HITS, TRIALS, LARGEST_REWARD, SCALE, ALTERNATIVES = range(5)  # pooled[...]
-IN_USE, FIRST_SCORE, N_SIZES = 0, 1, 6  # prior_sizes[...]
-USUAL_SIZE = 8.0  # samples that the prior of slips counts as, before any outcome was predicted
+IN_USE, FIRST_SCORE, N_SIZES = 0, 1, 6  # prior_sizes[...]; the sizes are powers of 2, from 1 on
+USUAL_PLACE = 3  # of the size in use before any outcome was predicted, 8 samples
 FIRST_RECORD = 4.0  # pieces of advice of a mentor taken for good before any was proved
 EPISODES, MEAN, LOWEST, HIGHEST = range(4)  # followed[m, ...]
 OUTCOMES, PREDECESSORS = 8, 16  # that a model keeps of each action, and of each state
@@ -208,7 +208,7 @@ def _later_arrays(states: int, n_actions: int, config: LearnerConfig,
             'values': np.zeros(states), 'potential': np.zeros((states, n_actions)),
             'advised': np.full(n_mentors * states, -1), 'workspace': np.zeros((n_actions, 6)),
             'pooled': np.zeros(5), 'reward_squares': np.zeros((states, n_actions)),
-            'prior_sizes': np.array([USUAL_SIZE] + N_SIZES * [0.0])}
+            'prior_sizes': np.array([2.0 ** USUAL_PLACE] + N_SIZES * [0.0])}
     if config.planner != 'none':
         arrays['priority'] = np.zeros(states)
     if config.planner == 'psrl':

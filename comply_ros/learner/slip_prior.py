@@ -14,10 +14,10 @@ from comply_ros.learner.learner_state import (
     OUTCOMES,
     SUCCESSOR,
     TRIALS,
+    USUAL_PLACE,
 )
 from comply_ros.numerics.jit import kernel
 
-USUAL_PLACE = 3  # among the sizes, of a prior of 8 samples
 UNSEEN, PLACES = 0.1, 0.8  # samples of an outcome that no other action had; and of all of them
 
 
@@ -57,12 +57,11 @@ def score_sizes(s: int, a: int, outcome: int, usual: int, successor: float,
                     same += count
     if samples == 0.0:
         return
-    p, is_known = (pooled[HITS] + 1.0) / (pooled[TRIALS] + 2.0), False
-    if model[s, a, outcome, COUNT] > 0.0:
-        is_known = model[s, a, outcome, SUCCESSOR] == successor
-    own = model[s, a, outcome, COUNT] if is_known else 0.0
+    p, own = (pooled[HITS] + 1.0) / (pooled[TRIALS] + 2.0), 0.0
+    if model[s, a, outcome, SUCCESSOR] == successor:
+        own = model[s, a, outcome, COUNT]
     believed = (1.0 - p) * (same + UNSEEN) / (samples + PLACES)
-    believed += p if is_known and outcome == usual else 0.0
+    believed += p if own > 0.0 and outcome == usual else 0.0
     n, size = state.visits[s, a] - 1.0, 1.0
     for i in range(FIRST_SCORE, FIRST_SCORE + N_SIZES):
         sizes[i] += math.log((own + size * believed) / (n + size))

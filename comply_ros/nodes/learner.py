@@ -148,7 +148,7 @@ class LearnerNode(ProtocolNode):
             return (Rejected('another mentor', 'a recommendation on '
                              f'{name_of_mentor(RECOMMENDATION.name, name)} must have mentor '
                              f'{name!r}, got {msg.mentor!r}'),)
-        return self._with_maps(machine.hears[mentors.index(name)](msg))
+        return self._with_maps(machine.receivers[mentors.index(name)](msg))
 
     def on_world(self, msg: WorldDescription) -> Outputs:
         """Return outputs for a world, and for a state of it that came before."""

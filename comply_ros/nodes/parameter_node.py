@@ -97,14 +97,10 @@ class SafeParameterNode(Node):
         if type(given) is bool and str(given).lower() in (parameter.choices or ()):
             return self.declare_parameter(parameter.name, str(given).lower(),
                                           descriptor(parameter), ignore_override=True)
-        if type(parameter.default) is float and type(given) is int:
-            return self.declare_parameter(parameter.name, float(given), descriptor(parameter),
+        doubles = _as_doubles(parameter.default, given)
+        if doubles is not None:
+            return self.declare_parameter(parameter.name, doubles, descriptor(parameter),
                                           ignore_override=True)
-        numbers = given if isinstance(given, list) else [given]
-        if type(parameter.default) is list and type(next(iter(parameter.default), None)) is float \
-                and numbers and all(type(each) in (int, float) for each in numbers):
-            return self.declare_parameter(parameter.name, [float(each) for each in numbers],
-                                          descriptor(parameter), ignore_override=True)
         return self.declare_parameter(parameter.name, parameter.default, descriptor(parameter))
 
     def on_parameters_set(self, apply: Callable[[dict[str, Any]], None],
@@ -222,6 +218,17 @@ def descriptor(parameter: Parameter) -> ParameterDescriptor:
         low, high = parameter.range
         result.integer_range = [IntegerRange(from_value=int(low), to_value=int(high))]
     return result
+
+
+def _as_doubles(default: Any, given: Any) -> float | list[float] | None:
+    """Return integers that were given for a double or for some; None where it is not so."""
+    if _kind(default) is float and type(given) is int:
+        return float(given)
+    numbers = given if isinstance(given, list) else [given]
+    if _kind(default) == list[float] and numbers \
+            and all(type(each) in (int, float) for each in numbers):
+        return [float(each) for each in numbers]
+    return None
 
 
 def _plain(value: Any) -> Any:

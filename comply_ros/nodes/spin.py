@@ -107,6 +107,7 @@ def _spin(made: Any, stop: StopFlag) -> None:
                 nodes.remove(node)
                 executor.remove_node(node)
                 node.leave()
+                node.destroy_node()
     finally:
         for node in nodes:
             node.leave()

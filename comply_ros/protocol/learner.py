@@ -70,7 +70,7 @@ class Learner:
     waiting: the observation that waits for advice, None where none does.
     reports: the last results of iterations that were published.
     changes: the settings that were changed while it ran, by name; part of its state.
-    hears: for each mentor, a function from a recommendation to outputs.
+    receivers: for each mentor, a function from a recommendation to outputs.
     journal_entries: what it received and must be in the journal before its outputs are published.
     keeps_journal: whether its answers are among them; False where nothing is stored.
     publish_early: publishes an action before the agent learns from the reward, in the middle of an
@@ -146,7 +146,7 @@ class Learner:
     def _use_mentors(self, names: Sequence[str]) -> None:
         self.agent.mentors, self._joining = tuple(names), dict[str, Recommendation | None]()
         self._advice = MentorAdvice(names, self.tracker.run)
-        self.hears: list[Callable[[Recommendation], Outputs]] = [
+        self.receivers: list[Callable[[Recommendation], Outputs]] = [
             partial(self.on_recommendation, m=m) for m in range(len(names))]
 
     def join(self, name: str) -> None:
@@ -264,7 +264,7 @@ class Learner:
         else:
             outputs += self._answer_if_advised(msg)
         for m, advice in early:
-            outputs += self.hears[m](advice)
+            outputs += self.receivers[m](advice)
         return outputs
 
     def _answer_if_advised(self, msg: StateReward) -> Outputs:
@@ -279,16 +279,16 @@ class Learner:
         outputs = ()
         for name, early in joining.items():
             self.agent.add_mentor(name)
-            self._hear(name)
+            self._receive_from(name)
             if early and early[:3] == msg[:3]:  # it has answered this observation already
-                outputs += self.hears[-1](early)
+                outputs += self.receivers[-1](early)
         self.needs_checkpoint = True
         shown = (name or 'the mentor without a name' for name in joining)
         return (Notice(f'takes the advice of {", ".join(shown)} too'), *outputs)
 
-    def _hear(self, name: str) -> None:
+    def _receive_from(self, name: str) -> None:
         self._advice.add_mentor(name)
-        self.hears.append(partial(self.on_recommendation, m=len(self.hears)))
+        self.receivers.append(partial(self.on_recommendation, m=len(self.receivers)))
 
     def on_recommendation(self, msg: Recommendation, m: int = 0) -> Outputs:
         """
@@ -297,7 +297,7 @@ class Learner:
         m: the place of its mentor.
         """
         if msg.run != self.tracker.run:
-            return self.tracker.hold(self.hears[m], msg, 'a recommendation')
+            return self.tracker.hold(self.receivers[m], msg, 'a recommendation')
         if not (self._remembers_advice and self._advice.add_same_advice(m, msg)):
             before = self._advice.newest_advice(m, msg.state) if self._remembers_advice else None
             counts, outputs = self._advice.add_advice(m, msg, self._world)

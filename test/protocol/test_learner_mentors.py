@@ -38,7 +38,7 @@ def make_learner(names=NAMES, remembers_advice=True, **settings):
 
 def hear(learner, m, **fields):
     """Return the outputs for a recommendation of a mentor."""
-    return learner.hears[m](advice(**fields))
+    return learner.receivers[m](advice(**fields))
 
 
 def hear_all(learner, **fields):
@@ -210,7 +210,7 @@ def test_one_who_joins_is_listened_to_from_the_next_episode_on():
     learner.needs_checkpoint = False
     assert learner.expected_mentors == ('anna', 'bob') and learner.mentors == ('anna',)
     assert types(end_episode(learner)) == [Action]
-    assert len(learner.hears) == 1 and not learner.needs_checkpoint
+    assert len(learner.receivers) == 1 and not learner.needs_checkpoint
     notice, = learner.observe(state(episode=2))
     assert notice == Notice('takes the advice of bob too')
     assert learner.mentors == learner.expected_mentors == ('anna', 'bob')

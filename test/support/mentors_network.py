@@ -65,7 +65,7 @@ class MentorsNetwork:
         if type(msg) is StateReward:
             return actor.observe(msg)
         if type(msg) is Recommendation:
-            return actor.hears[actor.mentors.index(msg.mentor)](msg)
+            return actor.receivers[actor.mentors.index(msg.mentor)](msg)
         outputs = actor.on_world(msg)
         if actor is not self.learner and actor.policy is None:
             outputs = (*outputs, *actor.use(self.policies[subscriber]))

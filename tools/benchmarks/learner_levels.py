@@ -54,7 +54,7 @@ def recorded_messages(steps: int) -> tuple[WorldDescription, list[Any]]:
     learner.on_world(world.description)
     mentor.use(mentor_policy(read_mentor_spec(MENTOR), World(read_map(MAP, PROFILE)), 0))
     receivers: dict[type, Sequence[Callable[[Any], Any]]] = {
-        StateReward: (learner.observe, mentor.observe), Recommendation: learner.hears,
+        StateReward: (learner.observe, mentor.observe), Recommendation: learner.receivers,
         Action: (world.on_action,)}
     received, on_the_way = list[Any](), deque([world.observation])
     while learner.step_count < steps:
@@ -72,7 +72,7 @@ def replayed(world: WorldDescription, messages: Sequence[Any],
     learner, times = new_learner(), list[int]()
     learner.on_world(world)
     learner.keeps_journal = False
-    agent, observe, hear = learner.agent, learner.observe, learner.hears[0]
+    agent, observe, receive = learner.agent, learner.observe, learner.receivers[0]
     if level == KERNEL:
         kernel = timed(agent._kernels.choose_and_learn, times)
         setattr(agent, '_kernels', agent._kernels._replace(choose_and_learn=kernel))
@@ -81,9 +81,9 @@ def replayed(world: WorldDescription, messages: Sequence[Any],
     elif level == LEARNER:
         observe = timed(observe, times)
     else:
-        hear = timed(hear, times)
+        receive = timed(receive, times)
     outputs = [output for msg in messages
-               for output in (observe if isinstance(msg, StateReward) else hear)(msg)]
+               for output in (observe if isinstance(msg, StateReward) else receive)(msg)]
     return median(times[WARM_UP:] or times) / 1e3, [
         each for each in outputs if isinstance(each, Action)]
 
