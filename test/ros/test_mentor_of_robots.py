@@ -7,6 +7,7 @@ import signal
 
 from node_processes import log_has
 import pytest
+from ros_client import ros_client
 from short_training import digest_of
 from waiting import wait_until
 
@@ -104,6 +105,10 @@ def test_a_robot_whose_world_the_mentor_is_not_for_costs_the_others_nothing(tmp_
                    executables={'maze': 'grid_world'}) as (mentor, _):
         wait_until(log_has(mentor, 'this node ends, and the others of its process go on'),
                    'the end of one')
+        with ros_client() as client:
+            publishers = client.get_publishers_info_by_topic
+            client.until(lambda: publishers('/robot_1/recommendation'), 'the mentor is found')
+            assert not publishers('/robot_2/recommendation')  # so that nobody waits for it
         with run_nodes({name: arguments[name] for name in ('grid_world', 'learner')},
                        tmp_path) as (_, learner):
             assert digest_of(learner) == comply_ros.train(
