@@ -7,11 +7,10 @@ from pathlib import Path
 import random
 import re
 import signal
-import subprocess
-import sys
 import time
 
 from comply_msgs.srv import Recommend, Save
+from example_nodes import script
 from node_processes import log_has, nodes, run
 import numpy as np
 import pytest
@@ -358,12 +357,8 @@ def test_the_mentor_node_of_the_pages_can_take_the_place_of_ours(tmp_path):
     training = Training(world, policy, row, 3)
     for _ in range(4):
         training.iterate()
-    mine = subprocess.Popen([sys.executable, tmp_path / 'my_mentor.py'])
-    try:
-        with nodes(tmp_path, grid_world=('-p', 'map:=free_grid', '-p', 'seed:=3'),
-                   learner=LEARNER) as started:
-            assert digest_of(started['learner']) == training.state.digest()
-            assert 'rejected' not in started['learner'].log.read_text()
-    finally:
-        mine.terminate()
-        mine.wait()
+    with script(tmp_path / 'my_mentor.py'), nodes(
+            tmp_path, grid_world=('-p', 'map:=free_grid', '-p', 'seed:=3'),
+            learner=LEARNER) as started:
+        assert digest_of(started['learner']) == training.state.digest()
+        assert 'rejected' not in started['learner'].log.read_text()
