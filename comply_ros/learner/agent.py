@@ -22,11 +22,10 @@ from comply_ros.learner.learner_state import (
     ONE_MENTOR,
 )
 from comply_ros.learner.learning_result import begin_from, Learned, learned_by
-from comply_ros.learner.learning_step import choose_action
 from comply_ros.learner.mentor_choice import record_return
 from comply_ros.learner.reconfigure import changed_state
 from comply_ros.learner.step_kernels import PLAIN, step_types, StepKernels
-from comply_ros.learner.update_rules import decay_schedules, learn
+from comply_ros.learner.update_rules import decay_schedules
 from comply_ros.numerics.jit import kernel, plain_fields, plain_view
 from comply_ros.numerics.rng import random_streams, UniformRows
 from comply_ros.numerics.summation import mean_in_order
@@ -213,18 +212,21 @@ class Agent:
         reward: of the action that led to s.
         terminated, truncated: whether the episode ends here, at a goal or at the step limit.
         advice: `advice[m]`, the action of each mentor in s, -1 for none.
-        announce: called with the decision before anything is learned from the reward, where that
-            can be: in the middle of an episode, with plain kernels.
+        announce: called with the decision before anything is learned from the reward, in the
+            middle of an episode.
 
         """
         u_listen, u_act = self.draws.row()
-        follows = step > 0 and self._last_action != NO_ACTION
-        if announce and follows and not (terminated or truncated) and self._kernels is PLAIN:
-            return self._announce_and_learn(s, step, reward, advice, u_listen, u_act, announce)
-        a, p, m = self._kernels.choose_and_learn(
-            self.learns, self._last_state, self._last_action if follows else NO_ACTION,
-            self._last_advice, reward, s, step, terminated, advice, u_listen, u_act,
-            self._config, self._arrays, self._policy_view)
+        kernels, config, arrays, learns = self._kernels, self._config, self._arrays, self.learns
+        follows, ends = step > 0 and self._last_action != NO_ACTION, terminated or truncated
+        a, p, m = kernels.choose_action(learns, s, step, terminated, advice, u_listen, u_act,
+                                        config, arrays, self._policy_view)
+        decision = Decision(a, u_listen < p, p, None, m)
+        if announce and follows and not ends:
+            announce(decision)
+        if learns and follows:
+            kernels.learn(self._last_state, self._last_action, reward, s, a, terminated,
+                          self._last_advice, u_listen, config, arrays)
         if m >= 0:
             count_confidences(p, advice, self._confidences, self._plain_config, self._views)
         if follows:
@@ -235,27 +237,7 @@ class Agent:
             self._abandon_episode()
             self._whole_episode = step == 0
         self._last_state, self._last_action, self._last_advice = s, a, advice
-        iteration = self._finish_episode() if terminated or truncated else None
-        return Decision(a, u_listen < p, p, iteration, m)
-
-    def _announce_and_learn(self, s: int, step: int, reward: float, advice: Sequence[int],
-                            u_listen: float, u_act: float, announce: Announce) -> Decision:
-        """Take a `step` in the middle of an episode, which is announced before it is learned."""
-        config, arrays, learns = self._config, self._arrays, self.learns
-        a, p, m = choose_action(learns, s, step, False, advice, u_listen, u_act, config, arrays,
-                                self._policy_view)
-        decision = Decision(a, u_listen < p, p, None, m)
-        announce(decision)
-        if learns:
-            learn(self._last_state, self._last_action, reward, s, a, False, self._last_advice,
-                  u_listen, config, arrays)
-        if m >= 0:
-            count_confidences(p, advice, self._confidences, config, arrays)
-        self._return += reward
-        self._iteration_steps += 1
-        self.steps += 1
-        self._last_state, self._last_action, self._last_advice = s, a, advice
-        return decision
+        return decision._replace(iteration=self._finish_episode()) if ends else decision
 
     def finish_iteration(self, returns: list[float], confidences: Sequence[float],
                          steps: int) -> IterationResult:

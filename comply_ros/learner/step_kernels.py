@@ -10,7 +10,8 @@ import numpy as np
 
 from comply_ros.learner.learner_config import KernelConfig, LearnerConfig
 from comply_ros.learner.learner_state import Advice, initial_state, LearnerState
-from comply_ros.learner.learning_step import choose_and_learn
+from comply_ros.learner.learning_step import choose_action
+from comply_ros.learner.update_rules import learn
 from comply_ros.learner.usual_outcome import finish_episode
 from comply_ros.numerics.jit import cached, specialized
 from comply_ros.world.grid import NO_ACTION
@@ -28,17 +29,18 @@ class StepKernels(NamedTuple):
 
     Attributes
     ----------
-    choose_and_learn, finish_episode: the kernels.
+    choose_action, learn, finish_episode: the kernels.
     types: what they are compiled for; None for plain Python, which takes memoryviews too.
 
     """
 
-    choose_and_learn: Kernel
+    choose_action: Kernel
+    learn: Kernel
     finish_episode: Kernel
     types: StepTypes | None
 
 
-PLAIN = StepKernels(choose_and_learn, finish_episode, None)
+PLAIN = StepKernels(choose_action, learn, finish_episode, None)
 
 
 def step_types(config: KernelConfig, state: LearnerState) -> StepTypes | None:
@@ -78,18 +80,22 @@ def compile_step(n_actions: int, n_mentors: int) -> None:
 
 def _kernels(load: Callable[..., Kernel | None], config: KernelConfig,
              state: LearnerState) -> StepKernels | None:
-    last, now = (np.full(len(config.mentors), NO_ACTION) for _ in range(2))
-    step = load(choose_and_learn, True, 0, NO_ACTION, last, 0.0, 0, 0, False, now, 0.0, 0.0,
-                config, state, NO_POLICY)
+    array = np.full(len(config.mentors), NO_ACTION)  # machine code takes arrays
+    choose = load(choose_action, True, 0, 0, False, array, 0.0, 0.0, config, state, NO_POLICY)
+    update = load(learn, 0, 0, 0.0, 0, 0, False, array, 0.0, config, state)
     finish = load(finish_episode, config, state)
-    if step in (None, choose_and_learn) or finish is None:
+    if choose in (None, choose_action) or update is None or finish is None:
         return None
 
-    def choose_with_arrays(learns: bool, last_s: int, last_a: int, last_advice: Advice, r: float,
-                           s: int, step_number: int, terminated: bool, advice: Advice,
-                           u_listen: float, u_act: float, config: KernelConfig,
-                           state: LearnerState, policy: Any) -> tuple[int, float, int]:
-        last[:], now[:] = last_advice, advice  # machine code takes arrays
-        return step(learns, last_s, last_a, last, r, s, step_number, terminated, now, u_listen,
-                    u_act, config, state, NO_POLICY)
-    return StepKernels(choose_with_arrays, finish, step_types(config, state))
+    def choose_with_array(learns: bool, s: int, step: int, terminated: bool, advice: Advice,
+                          u_listen: float, u_act: float, config: KernelConfig,
+                          state: LearnerState, policy: Any) -> tuple[int, float, int]:
+        array[:] = advice
+        return choose(learns, s, step, terminated, array, u_listen, u_act, config, state,
+                      NO_POLICY)
+
+    def learn_with_array(s: int, a: int, r: float, s2: int, a2: int, done: bool, advice: Advice,
+                         u: float, config: KernelConfig, state: LearnerState) -> None:
+        array[:] = advice
+        update(s, a, r, s2, a2, done, array, u, config, state)
+    return StepKernels(choose_with_array, learn_with_array, finish, step_types(config, state))

@@ -35,7 +35,6 @@ from comply_ros.protocol.messages import (
 from comply_ros.protocol.world import WorldMachine
 from comply_ros.storage import state_store
 from comply_ros.storage.state_store import StateStore
-from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
 
 SEED = 4
@@ -313,11 +312,10 @@ def test_a_learner_whose_journal_lost_its_end_continues_and_learns_no_wrong_step
                      measuring_iterations=0)
     learned, plain = [], agent.PLAIN
 
-    def record(learns, s, a, advice, r, s2, *rest):
-        if learns and a != NO_ACTION:
-            learned.append((s, a, r, s2))
-        return plain.choose_and_learn(learns, s, a, advice, r, s2, *rest)
-    monkeypatch.setattr(agent, 'PLAIN', plain._replace(choose_and_learn=record))
+    def record(s, a, r, s2, *rest):
+        learned.append((s, a, r, s2))
+        plain.learn(s, a, r, s2, *rest)
+    monkeypatch.setattr(agent, 'PLAIN', plain._replace(learn=record))
     mortal = network(0.0, config, ROOM, policy, SEED, random.Random(lost))
     for _ in range(300):
         if mortal.on_the_way:

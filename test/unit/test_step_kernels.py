@@ -9,7 +9,7 @@ from tiny_worlds import corridor
 
 from comply_ros.learner.agent import Agent
 from comply_ros.learner.learner_config import LearnerConfig
-from comply_ros.learner.learning_step import choose_and_learn
+from comply_ros.learner.learning_step import choose_action
 from comply_ros.learner.presets import find_method
 from comply_ros.learner.step_kernels import (
     compiled_kernels,
@@ -17,6 +17,7 @@ from comply_ros.learner.step_kernels import (
     step_types,
     StepKernels,
 )
+from comply_ros.learner.update_rules import learn
 from comply_ros.learner.usual_outcome import finish_episode
 from comply_ros.world.grid import NO_ACTION, RIGHT
 
@@ -35,9 +36,9 @@ def make_agent(config=CONFIG, mentors=('',)):
 def on_arrays(agent):
     """Return kernels that take arrays, as compiled ones do, and need no compiler."""
     def choose(*arguments):
-        a, p, m = choose_and_learn(*arguments)
+        a, p, m = choose_action(*arguments)
         return int(a), float(p), int(m)
-    return StepKernels(choose, finish_episode, agent.step_types)
+    return StepKernels(choose, learn, finish_episode, agent.step_types)
 
 
 def played(change_at, make=on_arrays):

@@ -21,9 +21,9 @@ from tools.benchmarks.in_process import MAP, MENTOR, PROFILE
 from tools.benchmarks.interleave import Bench, Row
 
 METHOD, RUN, STEPS, WARM_UP = 'beta_implicit', 7, 4000, 500
-KERNEL, AGENT, LEARNER, DECODE, ENCODE = (
-    'the kernel choose_and_learn', 'Agent.step', 'Learner.observe', 'decode a state',
-    'encode an action')
+AGENT, LEARNER, DECODE, ENCODE = (
+    'Agent.step', 'Learner.observe', 'decode a state', 'encode an action')
+KERNELS = {'the kernel choose_action': 'choose_action', 'the kernel learn': 'learn'}
 ADVICE, DECODE_ADVICE = 'Learner.on_recommendation', 'decode a recommendation'
 
 
@@ -33,7 +33,7 @@ def measure_levels(bench: Bench) -> tuple[list[Row], dict[str, list[float]]]:
     actions = replayed(world, messages, LEARNER)[1]
     figures = bench.interleave('levels', {
         **{level: lambda level=level: replayed(world, messages, level)[0]
-           for level in (KERNEL, AGENT, LEARNER, ADVICE)},
+           for level in (*KERNELS, AGENT, LEARNER, ADVICE)},
         DECODE: lambda: conversion_time(reader(STATE), encoded(messages, STATE)),
         DECODE_ADVICE: lambda: conversion_time(
             reader(RECOMMENDATION), encoded(messages, RECOMMENDATION)),
@@ -73,9 +73,10 @@ def replayed(world: WorldDescription, messages: Sequence[Any],
     learner.on_world(world)
     learner.keeps_journal = False
     agent, observe, receive = learner.agent, learner.observe, learner.receivers[0]
-    if level == KERNEL:
-        kernel = timed(agent._kernels.choose_and_learn, times)
-        setattr(agent, '_kernels', agent._kernels._replace(choose_and_learn=kernel))
+    if level in KERNELS:
+        name = KERNELS[level]
+        kernel = timed(getattr(agent._kernels, name), times)
+        setattr(agent, '_kernels', agent._kernels._replace(**{name: kernel}))
     elif level == AGENT:
         setattr(agent, 'step', timed(agent.step, times))
     elif level == LEARNER:
