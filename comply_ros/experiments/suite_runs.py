@@ -14,6 +14,7 @@ MENTORS = ('optimal', 'noisy:0.3', 'snapshot:0.75', 'random', 'adversarial')
 DRAWN = ('noisy:0.3', 'snapshot:0.75', 'random')  # of them, those that depend on a seed
 BASELINES = ('q_learning', 'watkins', 'sarsa_lambda')  # without a mentor
 GARNETS, FIRST_HELD_OUT_GARNET = 20, 10
+LOOKED_AT = ('cliff_walking', 'windy')  # held out at first; two rules were made on them later
 
 BINS = 20  # intervals of position and velocity of the car
 MOUNTAIN_CAR = f'gym:MountainCar-v0?bins={BINS}'
@@ -65,10 +66,11 @@ def suite_worlds() -> list[SuiteWorld]:
     """
     Return the worlds with a known optimum: the maps of the package, and twenty Garnets.
 
-    Every second map in alphabetical order was held out, the second one first, and of the Garnets
-    those from the eleventh on.
+    Every second map in alphabetical order was held out, the second one first, but for `LOOKED_AT`,
+    and of the Garnets those from the eleventh on.
     """
-    return [*(SuiteWorld(name, number % 2 == 1) for number, name in enumerate(map_names())),
+    return [*(SuiteWorld(name, number % 2 == 1 and name not in LOOKED_AT)
+              for number, name in enumerate(map_names())),
             *(SuiteWorld(f'{GARNET}:{seed}', seed >= FIRST_HELD_OUT_GARNET)
               for seed in range(GARNETS))]
 

@@ -92,12 +92,16 @@ def _add_predecessor(s: int, before: int, predecessors: Array) -> None:
 
 
 @kernel
-def mark_step(s: int, traces: Array, trail: Array, config: KernelConfig) -> None:
-    """Change traces and trail: traces[s, 0] counts how often s was left in this episode."""
+def mark_step(s: int, s2: int, traces: Array, trail: Array, config: KernelConfig) -> None:
+    """
+    Change traces and trail: traces[s, 0] counts the steps from s to s2 in this episode.
+
+    A step that led back to s itself counts twice.
+    """
     if traces[s, 0] == 0.0:
         trail[0] += 1
         trail[trail[0]] = count_actions(config.actions) * s
-    traces[s, 0] += 1.0
+    traces[s, 0] += 2.0 if s2 == s else 1.0
 
 
 @long_kernel('has_model', None)
@@ -105,7 +109,7 @@ def learn_outcome(s: int, a: int, r: float, s2: int, done: bool, config: KernelC
                   state: LearnerState) -> None:
     """Change the model by one transition, and the values of s and of states that lead there."""
     record_transition(s, a, r, s2, done, state)
-    mark_step(s, state.traces, state.trail, config)
+    mark_step(s, s2, state.traces, state.trail, config)
     _back_up_and_pass_on(s, config, state)
     propagate(config, state)
 

@@ -18,8 +18,8 @@ from comply_ros.numerics.jit import kernel
 
 TRUSTED_UNTRIED = 0.3  # share of the largest reward that is expected where a mentor is trusted
 MOST_SURE = 0.98  # of several mentors, none counts as more often right than this
-UNPROVED = 0.004  # failures of advice that are supposed, beside those that were seen
-UNPROVED_SPREAD = 0.06  # the same, in addition, where outcomes are as random as can be
+UNPROVED = 0.03  # failures of advice that are supposed, beside those that were seen
+UNPROVED_SPREAD = 0.03  # the same, in addition, where outcomes are as random as can be
 ADVICE_BONUS = 0.03  # of the largest reward: what advice adds to an action never tried
 
 

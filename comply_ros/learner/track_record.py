@@ -4,7 +4,7 @@
 import math
 
 from comply_ros.learner.learner_config import KernelConfig, TRACK_RECORD
-from comply_ros.learner.learner_state import Advice, LearnerState, SCALE
+from comply_ros.learner.learner_state import Advice, Array, LearnerState, SCALE
 from comply_ros.learner.prior_values import (
     credit,
     expected_untried_value,
@@ -14,13 +14,20 @@ from comply_ros.numerics.action_values import count_actions, count_untried, max_
 from comply_ros.numerics.jit import kernel, long_kernel
 
 SAME = 2e-3  # of the largest reward: values that differ by less count as equally good
-MOST_RETURNS = 7.0  # of an episode to a state; after more it seems to go round in circles
+MOST_RETURNS = 4.0  # to a state in an episode; after more the robot seems to go round in circles
+MORE_RETURNS = 4.0  # the same, in addition, where outcomes are as random as can be
 
 
 @kernel
 def in_loop(s: int, state: LearnerState) -> bool:
     """Whether the episode was in state s so often that it seems to go round in circles."""
-    return state.traces[s, 0] > MOST_RETURNS
+    return state.traces[s, 0] > most_returns(state.pooled)
+
+
+@kernel
+def most_returns(pooled: Array) -> float:
+    """Return how often an episode may be in a state; slips too lead back to it."""
+    return MOST_RETURNS + MORE_RETURNS * outcome_spread(pooled)
 
 
 @kernel
@@ -35,7 +42,7 @@ def advice_slack(s: int, m: int, advice: int, config: KernelConfig, state: Learn
     spread = outcome_spread(state.pooled)
     trust = credit(s, m, advice, config, state)
     slack = (config.advice_slack * spread / math.sqrt(state.visits[s, advice]) + SAME) * trust
-    return slack * state.pooled[SCALE] / max(1.0, state.traces[s, 0] - MOST_RETURNS)
+    return slack * state.pooled[SCALE] / max(1.0, state.traces[s, 0] - most_returns(state.pooled))
 
 
 @kernel

@@ -139,6 +139,16 @@ def test_one_step_backs_up_twenty_states_at_most(as_run):
     assert np.flatnonzero(state.queued).tolist() == list(range(14, 30))
 
 
+def test_a_step_that_leads_nowhere_counts_twice_among_the_returns_to_its_state(as_run):
+    bench = Bench(corridor(), learns_model=True)
+    counts = []
+    for successor in (1, 0):
+        as_run(learn)(0, RIGHT, -1.0, successor, RIGHT, False, advised(-1), 0.0,
+                      bench.kernel_config, bench.state)
+        counts.append(bench.state.traces[0, 0])
+    assert counts == [1.0, 3.0]
+
+
 def test_the_end_of_an_episode_backs_up_its_states_and_forgets_it(as_run):
     bench = Bench(corridor(), learns_model=True)
     as_run(learn)(0, RIGHT, -1.0, 1, RIGHT, False, advised(-1), 0.0, bench.kernel_config,
