@@ -22,6 +22,8 @@ KINDS = {
     'optimal': 'optimal', 'random': 'random', 'adversarial': 'adversarial', 'noisy': 'noisy:P',
     'snapshot': 'snapshot:Q', 'file': 'file:PATH', 'learned': 'learned:FILE.npz',
     'learner': 'learner:/NAMESPACE', 'none': 'none'}
+EXAMPLES = {'noisy': 'noisy:0.3', 'snapshot': 'snapshot:0.75', 'file': 'file:mentor.txt',
+            'learned': 'learned:learning.npz', 'learner': 'learner:/robot_2'}
 FROM_FILES = ('file', 'learned')  # kinds that are written with a path
 LEARNER = 'learner'  # kind of a mentor that follows a running learner, which only a node can
 SEVERAL = 'several'  # kind of several mentors together
@@ -71,7 +73,8 @@ def _parse_kind(text: str) -> MentorSpec:
         raise MentorError(f'a mentor must be one of {", ".join(KINDS.values())}, got {text!r}')
     wanted = KINDS[kind].partition(':')[2]
     if bool(wanted) != bool(value) or bool(colon) != bool(wanted):
-        raise MentorError(f'this mentor is written {KINDS[kind]}, got {text!r}')
+        example = f', such as {EXAMPLES[kind]}' if wanted else ''
+        raise MentorError(f'this mentor is written {KINDS[kind]}{example}, got {text!r}')
     if wanted in ('P', 'Q'):
         return MentorSpec(kind, _parse_share(f'the {wanted} of {KINDS[kind]}', value))
     if kind == LEARNER and not NAMESPACE.fullmatch(value):

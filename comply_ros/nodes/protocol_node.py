@@ -173,6 +173,8 @@ class ProtocolNode(SafeParameterNode):
         what, since, logged = self._wait_status
         now = self.waiting_for()
         if now != what:
+            if logged and now is None:
+                self.get_logger().info('goes on')
             since, logged = time.monotonic(), False
         waits_long = bool(now) and time.monotonic() - since >= PATIENCE - 0.5
         if waits_long and not logged and not self._inactive:
@@ -190,7 +192,9 @@ class ProtocolNode(SafeParameterNode):
     def _log_ignored(self, output: Ignored) -> None:
         self.diagnostics.ignored[output.kind] += 1
         if self.diagnostics.ignored[output.kind] == 1:
-            self.get_logger().info(f'{output.reason} (harmless; logged once, counted)')
+            logger = self.get_logger()  # what is late or twice belongs to every run at a low rate
+            log = logger.debug if output.kind.endswith('too late') else logger.info
+            log(f'{output.reason} (harmless; logged once, counted)')
 
     def _log_notice(self, output: Notice) -> None:
         self.get_logger().info(output.text)

@@ -32,8 +32,8 @@ from comply_ros.world.mdp import Source
 from comply_ros.world.transition_table import Table
 from comply_ros.world.unmodelled_world import Spaces
 
-REQUIRED_KEYS = ('intended', 'rewards', 'starts', 'rows')
-OPTIONAL_KEYS = ('step_limit', 'profiles', 'slips_bump', 'extends')
+REQUIRED_KEYS = ('rewards', 'starts', 'rows')
+OPTIONAL_KEYS = ('intended', 'step_limit', 'profiles', 'slips_bump', 'extends')
 NAV2_KEYS = ('nav2', 'goals')
 KEYS = (*REQUIRED_KEYS, *OPTIONAL_KEYS, *CELL_KEYS, *NAV2_KEYS, 'world')
 REWARDS = ('step', 'obstacle', 'goal', 'edge', 'wall')
@@ -112,8 +112,8 @@ def _read_text(name: str) -> str:
     try:
         return read_text(name)
     except PathError as error:
-        raise MapError(f'a map must be one of {", ".join(map_names())} or a readable file '
-                       f'({error})') from None
+        raise MapError(f'a map must be one of {", ".join(map_names())}, gym:NAME, nav2:FILE, '
+                       f'garnet:SEED or a readable file ({error})') from None
 
 
 def _nav2_world(path: str, arguments: dict[str, Any], profile: str) -> Grid | Table:
@@ -186,7 +186,7 @@ def _world(table: dict[Any, Any], profile: str, folder: Path) -> Grid | Table:
     limit = default_step_limit(sum(map(len, rows)))
     return Grid(rows=tuple(rows), starts=_starts(table['starts'], rows),
                 step_reward=step, obstacle_reward=obstacle, goal_reward=goal,
-                intended=read_chance(table['intended'], 'intended'),
+                intended=read_chance(table.get('intended', 1.0), 'intended'),
                 step_limit=read_whole(table.get('step_limit', limit), 'step_limit'),
                 slips_bump=slips_bump)
 
@@ -231,7 +231,7 @@ def _parse_table(text: str) -> dict[Any, Any]:
         raise MapError(f'{error.about("a map")} in line {error.line}') from None
     if not isinstance(table, dict):
         raise MapError(f'a map must be a table of {", ".join(REQUIRED_KEYS)}, '
-                       f'got {type(table).__name__}')
+                       f'got {"nothing" if table is None else type(table).__name__}')
     name = table.pop('extends', None)
     if name is None:
         return table

@@ -135,7 +135,8 @@ def call(node, kind, name, **request):
     ('grid_world', 'seed:=-1',
      'grid_world: parameter seed must lie in [0, 9007199254740992], got -1'),
     ('grid_world', 'map:=nowhere', "grid_world: map 'nowhere': a map must be one of "
-     f"{', '.join(map_names())} or a readable file (no such file or directory)"),
+     f"{', '.join(map_names())}, gym:NAME, nav2:FILE, garnet:SEED or a readable file "
+     '(no such file or directory)'),
     ('mentor', 'mentor:=good', 'mentor: a mentor must be one of optimal, random, adversarial, '
      "noisy:P, snapshot:Q, file:PATH, learned:FILE.npz, learner:/NAMESPACE, none, got 'good'"),
 ])

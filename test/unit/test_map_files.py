@@ -86,7 +86,6 @@ def test_a_file_is_a_map_too(tmp_path):
     ('rows:', 'slips_bump: 1\nrows:', 'slips_bump must be true or false, got 1'),
     ('rows:', 'extends: attic\nrows:',
      f"extends must name one of {', '.join(map_names())}, got 'attic'"),
-    ('intended: 0.8\n', '', "a map needs the key 'intended'"),
     ('rows:', 'step_limit: 7\nrows:',
      "a key must be there once, got 'step_limit' again in line 6"),
     ('50', '9' * 51,
@@ -133,6 +132,10 @@ def test_the_maps_of_the_report_are_the_worlds_that_they_were(name, start):
 
 def test_a_map_without_a_step_limit_has_ten_times_its_cells():
     assert parse_map(SMALL.replace('step_limit: 50\n', ''), 'report').step_limit == 60
+
+
+def test_a_map_without_intended_has_no_slips():
+    assert parse_map(SMALL.replace('intended: 0.8\n', ''), 'report').intended == 1.0
 
 
 def test_a_probability_can_be_a_fraction():
@@ -211,8 +214,9 @@ def test_what_is_no_map_at_all_is_rejected(text):
 def test_a_map_that_does_not_exist_is_named():
     with pytest.raises(MapError) as error:
         read_map('nowhere', 'report')
-    assert str(error.value) == (f"map 'nowhere': a map must be one of {', '.join(map_names())} or "
-                                'a readable file (no such file or directory)')
+    assert str(error.value) == (f"map 'nowhere': a map must be one of {', '.join(map_names())}, "
+                                'gym:NAME, nav2:FILE, garnet:SEED or a readable file (no such '
+                                'file or directory)')
 
 
 @pytest.mark.parametrize('path, reason', [

@@ -49,9 +49,9 @@ def test_a_mentor_is_written_as_kind_and_value(text, spec):
 @pytest.mark.parametrize('text, message', [
     ('good', 'a mentor must be one of optimal, random, adversarial, noisy:P, snapshot:Q, '
      "file:PATH, learned:FILE.npz, learner:/NAMESPACE, none, got 'good'"),
-    ('noisy', "this mentor is written noisy:P, got 'noisy'"),
+    ('noisy', "this mentor is written noisy:P, such as noisy:0.3, got 'noisy'"),
     ('optimal:1', "this mentor is written optimal, got 'optimal:1'"),
-    ('file:', "this mentor is written file:PATH, got 'file:'"),
+    ('file:', "this mentor is written file:PATH, such as file:mentor.txt, got 'file:'"),
     ('noisy:1.5', "the P of noisy:P must lie in [0, 1], got '1.5'"),
     ('noisy:much', "the P of noisy:P must be a number, got 'much'"),
     ('optimal@2', "the coverage of MENTOR@COVERAGE must lie in [0, 1], got '2'"),

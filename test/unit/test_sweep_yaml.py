@@ -105,7 +105,7 @@ WRONG = [
     (GOOD, '[' * 2000, 'line 1: a sweep must be valid YAML, got too many brackets'),
     ('iterations: 100', f'iterations: "{"9" * 400}"', 'line 9: iterations must lie in [0, 1000'),
     ('bar_grid', '"a\\0b"', f"line 2: map 'a\\x00b': a map must be one of {', '.join(map_names())}"
-     ' or a readable file (no file can have this name)'),
+     ', gym:NAME, nav2:FILE, garnet:SEED or a readable file (no file can have this name)'),
     ('bar_grid', 'b' * 1001, "line 2: map may have at most 1000 characters, got 'bbb"),
     ('- optimal', '- file:~nobody-at-all/p', 'line 5: a policy file must be readable, got '
      "'~nobody-at-all/p' (no such user)"),
