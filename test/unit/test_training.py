@@ -34,7 +34,7 @@ from examples import examples
     for profile, name in PRESETS])
 def test_compiled_and_plain_give_the_same_bits(monkeypatch, profile, name):
     # In plain Python, a planner takes a second for a thousand steps.
-    iterations = 2 if METHODS[profile][name].planner != 'none' else 4
+    iterations = 1 if METHODS[profile][name].planner != 'none' else 4
     compiled, results = trained(name, profile, iterations)
     use_plain_kernels(monkeypatch)
     plain, plain_results = trained(name, profile, iterations)
