@@ -3,7 +3,7 @@
 
 from array import array
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any
 
 import numpy as np
@@ -119,9 +119,8 @@ def _decoder(topic: str, recorded: BagMessage) -> Callable[[bytes], Any]:
     if encoding != 'ros2msg':
         raise BagError(f'topic {recorded.topic} must come with its definition as ros2msg, '
                        f'got {encoding or "none"!r}')
-    store = get_typestore(Stores.EMPTY)
     try:
-        store.register(get_types_from_msg(text, recorded.message_type))
+        store = _types(text, recorded.message_type)
         fields = [field for field, _ in store.fielddefs[recorded.message_type][1]]
     except Exception as error:  # noqa: BLE001 - an arbitrary text can raise anything
         raise BagError(f'the definition of {recorded.message_type} in the bag must be valid '
@@ -137,6 +136,14 @@ def _decoder(topic: str, recorded: BagMessage) -> Callable[[bytes], Any]:
                        'protocol 2 or of version 0.1.0; in the bag it has no '
                        f'{", ".join(missing)}')
     return lambda data: _with_lists(make(store.deserialize_cdr(data, recorded.message_type)))
+
+
+@lru_cache(100)
+def _types(text: str, name: str) -> Any:
+    """Return the types of a definition: read once, and not for each mentor and each bag."""
+    store = get_typestore(Stores.EMPTY)
+    store.register(get_types_from_msg(text, name))
+    return store
 
 
 def _with_lists(values: Any) -> Any:

@@ -277,7 +277,7 @@ def test_a_world_that_is_a_table_survives_kills_too(network, monkeypatch, source
 
 @pytest.mark.parametrize('mode, remembers_advice', [
     ('early', True), ('early', False), ('important', True)])
-@pytest.mark.parametrize('rate', [0.1, pytest.param(0.3, marks=pytest.mark.long)])
+@pytest.mark.parametrize('rate', [0.05, pytest.param(0.3, marks=pytest.mark.long)])
 def test_a_mentor_with_a_budget_may_be_killed_too(network, mode, remembers_advice, rate):
     policy = sparse_policy(noisy_policy(World(ROOM), 0.3, random_streams(8)[0]), World(ROOM), 0.8,
                            2)

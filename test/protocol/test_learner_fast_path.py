@@ -18,6 +18,7 @@ from comply_ros.world.mdp import World
 
 RUN, OTHER_RUN, NUMBER, OTHER = 7, 8, 5, 6
 GRID = grid('G..', '.#.', '...', starts=(0, 2), limit=6)
+AVAILABLE = World(GRID).available
 OTHER_MSG = describe_world(GRID, 'other', OTHER_RUN)
 CHANGES = ({'temperature': 0.3}, {'trust': 'none'}, {'trust': 'scheduled'}, {'episodes': 1},
            {'remembers_advice': False}, {'remembers_advice': True}, {'iterations': 0},
@@ -99,7 +100,7 @@ class Twins:
         self.deliver(self.both('on_recommendation', Recommendation(*here[:4], action)))
 
     def _any_action(self, s):
-        there = np.flatnonzero(World(GRID).available[s]).tolist()
+        there = np.flatnonzero(AVAILABLE[s]).tolist()
         return self.random.choice([NO_ACTION, *there])
 
     def _repeated(self):
@@ -188,7 +189,7 @@ def snapshot(learner):
 def test_a_usual_step_has_the_outputs_and_the_state_of_the_long_way(
         method, remembers_advice, block):
     usual_steps = 0
-    for seed in range(20 * block, 20 * block + 20):
+    for seed in range(12 * block, 12 * block + 12):
         twins = Twins(method, remembers_advice, seed)
         for _ in range(80):
             twins.act()
@@ -202,7 +203,7 @@ def test_a_usual_step_has_the_outputs_and_the_state_of_the_long_way(
 def test_actions_that_are_published_early_and_the_state_are_those_of_the_long_way(
         method, remembers_advice):
     early_actions = 0
-    for seed in range(20):
+    for seed in range(12):
         twins = Twins(method, remembers_advice, seed, publishes_early=True)
         for _ in range(80):
             twins.act()

@@ -127,7 +127,7 @@ def test_a_learner_with_three_mentors_that_is_killed_at_any_time_learns_the_same
     use_plain_kernels(monkeypatch)
     config = settings(name, episodes=1)
     expected, results = stepped(config)
-    network = MortalLearnerNetwork(tmp_path, min(rate, 15 / sum(each.steps for each in results)),
+    network = MortalLearnerNetwork(tmp_path, min(rate, 8 / sum(each.steps for each in results)),
                                    config, BAR, POLICIES, SEED, random.Random(name),
                                    remembers_advice)
     network.run()

@@ -2,6 +2,7 @@
 """World, mentor and learner by messages, in any order: the bits of the compiled loop."""
 
 from dataclasses import replace
+from functools import cache
 import random
 
 from actor_network import OrderedNetwork, RUN, ShuffledNetwork
@@ -26,14 +27,22 @@ from comply_ros.world.mdp import World
 from comply_ros.world.planning import optimal_policy
 from comply_ros.world.unmodelled_world import Spaces
 
+TABLES = {'machine': machine(), 'lake': frozen_lake(), 'hall': hall(6, 20)}
+
+
+@cache
+def with_policy(name, profile='published'):
+    """Return a map of the package or one of the tables, and the policy of a noisy mentor."""
+    source = TABLES[name] if name in TABLES else read_map(name, profile)
+    return source, noisy_policy(World(source), 0.3, random_streams(8)[0])
+
 
 @pytest.mark.parametrize('profile, name', PRESETS)
 def test_any_order_and_repetition_gives_the_bits_of_a_training_in_one_process(
         monkeypatch, profile, name):
     remembers_advice = len(name) % 2 == 0
-    bar = read_map('bar_grid', profile)
-    policy = noisy_policy(World(bar), 0.3, random_streams(8)[0])
-    config = replace(find_method(name, profile), episodes=3, iterations=3)
+    bar, policy = with_policy('bar_grid', profile)
+    config = replace(find_method(name, profile), episodes=2, iterations=3)
     use_shared_code(monkeypatch, config)
     training = Training(World(bar), policy, config, seed=4)
     results = [training.iterate() for _ in range(3)]
@@ -47,7 +56,7 @@ def test_any_order_and_repetition_gives_the_bits_of_a_training_in_one_process(
     assert progress[-1].steps == sum(each.steps for each in results)
     assert [msg.finished for msg in progress] == [False, False, True]
     episodes = [msg for msg in network.reports if isinstance(msg, Episode)]
-    assert len(episodes) == 9
+    assert len(episodes) == 6
     assert sum(msg.steps for msg in episodes) == progress[-1].steps
     assert all(msg.terminated != msg.truncated for msg in episodes)
 
@@ -64,11 +73,10 @@ def run_in_order(world, config, policy, seed):
 
 
 @pytest.mark.parametrize('name', sorted(METHODS['published']))
-@pytest.mark.parametrize('source', [machine(), frozen_lake(), hall(6, 20)],
-                         ids=['machine', 'lake', 'hall'])
-def test_in_a_table_messages_give_the_bits_of_the_loop(monkeypatch, source, name):
+@pytest.mark.parametrize('table', TABLES)
+def test_in_a_table_messages_give_the_bits_of_the_loop(monkeypatch, table, name):
     use_plain_kernels(monkeypatch)  # test_training.py: in any table, they give the compiled bits
-    policy = noisy_policy(World(source), 0.3, random_streams(8)[0])
+    source, policy = with_policy(table)
     config = replace(find_method(name, 'published'), episodes=2, iterations=2)
     training = Training(World(source), policy, config, seed=4)
     for _ in range(2):
@@ -80,8 +88,7 @@ def test_in_a_table_messages_give_the_bits_of_the_loop(monkeypatch, source, name
 @pytest.mark.parametrize('name', ['sarsa', 'explicit', 'beta_implicit', 'head_start'])
 def test_without_a_model_a_learner_learns_the_same_from_the_same_observations(monkeypatch, name):
     use_plain_kernels(monkeypatch)
-    table = machine()
-    policy = noisy_policy(World(table), 0.3, random_streams(8)[0])
+    table, policy = with_policy('machine')
     config = replace(find_method(name, 'published'), episodes=3, iterations=3)
     training = Training(World(table), policy, config, seed=4)
     for _ in range(3):
@@ -104,9 +111,9 @@ def test_a_world_without_a_model_cannot_move():
     ('mistakes', False)])
 @pytest.mark.parametrize('shuffle', range(3))
 def test_a_mentor_with_a_budget_recommends_the_same_in_any_order(mode, remembers_advice, shuffle):
-    bar = read_map('bar_grid', 'published')
-    policy = sparse_policy(noisy_policy(World(bar), 0.3, random_streams(8)[0]), World(bar), 0.8, 2)
-    config = replace(find_method('explicit', 'published'), episodes=3, iterations=3)
+    bar, policy = with_policy('bar_grid')
+    policy = sparse_policy(policy, World(bar), 0.8, 2)
+    config = replace(find_method('explicit', 'published'), episodes=2, iterations=3)
     budget = AdviceBudget(World(bar), policy, 25, mode)
     training = Training(World(bar), budget, config, seed=4)
     results = [training.iterate() for _ in range(3)]

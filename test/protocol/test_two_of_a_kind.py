@@ -187,7 +187,8 @@ class Rivals:
 KINDS = {'answered': (True, 100.0, 2), 'new and answered': (True, 0.5, 2),
          'there before': (False, 100.0, 1), 'new': (False, 0.5, 0)}
 ORDERS = list(product((0, 1), repeat=4))
-PAIRS = list(product(KINDS, KINDS, ((7, 8), (8, 7))))
+# With the runs (8, 7), each would only be another one in a mirror: so is all that is varied here.
+PAIRS = list(product(KINDS, KINDS, ((7, 8),)))
 
 
 def rivals(kind, other_kind, runs, **settings):

@@ -2,6 +2,7 @@
 """The name of every different preset with its profile, and a short training of one."""
 
 from dataclasses import replace
+from functools import cache
 
 from comply_ros.experiments import stepped_training
 from comply_ros.learner import training
@@ -44,6 +45,18 @@ def use_plain_kernels(patch):
     patch.setattr(stepped_training, 'compiled_kernels', lambda *arguments: PLAIN)
 
 
+@cache
+def bar_grid(profile):
+    """Return the small map of the package, which hundreds of trainings share."""
+    return World(read_map('bar_grid', profile))
+
+
+@cache
+def best_policy(profile):
+    """Return an optimal policy in it, to be copied by who changes it."""
+    return optimal_policy(bar_grid(profile))
+
+
 def trained(name, profile, iterations=4, seed=3):
     """Return a training of a preset after some iterations in `bar_grid`, and their results."""
     return train_with(replace(find_method(name, profile), episodes=5, iterations=iterations),
@@ -52,9 +65,9 @@ def trained(name, profile, iterations=4, seed=3):
 
 def train_with(config, profile='published', seed=3, noise=0.0):
     """Return a training after all its iterations in `bar_grid`, and their results."""
-    world = World(read_map('bar_grid', profile))
+    world = bar_grid(profile)
     advice = make_policy(parse_mentor_spec(f'noisy:{noise}'), world, seed) if noise else \
-        optimal_policy(world)
+        best_policy(profile).copy()
     advice[::3] = -1  # a mentor without advice in a third of the states
     learning = Training(world, advice, config, seed)
     return learning, [learning.iterate() for _ in range(config.iterations)]

@@ -3,7 +3,7 @@
 
 from dataclasses import replace
 
-from bar_grid_training import use_plain_kernels, use_shared_code
+from bar_grid_training import bar_grid, best_policy, use_plain_kernels, use_shared_code
 import numpy as np
 import pytest
 from tiny_worlds import corridor, FOUR, room
@@ -85,9 +85,9 @@ def test_where_a_policy_knows_nothing_any_action_of_the_state_is_taken(as_run):
 
 def trained(method, profile='published', world=None, iterations=8, **settings):
     """Return a short training on the small map of the package, with a mentor."""
-    world = world or World(read_map('bar_grid', profile))
+    policy = optimal_policy(world) if world else best_policy(profile)
     config = replace(METHODS[profile][method], iterations=iterations, **settings)
-    training = Training(world, optimal_policy(world), config, seed=4)
+    training = Training(world or bar_grid(profile), policy, config, seed=4)
     for _ in range(iterations):
         training.iterate()
     return training
@@ -97,10 +97,10 @@ def trained(method, profile='published', world=None, iterations=8, **settings):
 def test_the_exact_return_of_the_policy_is_what_it_earns_without_exploration(monkeypatch, method):
     use_shared_code(monkeypatch, METHODS['published'][method])
     learned = trained(method).learned()
-    world = World(read_map('bar_grid', 'published'))
+    world = bar_grid('published')
     expected = ReferenceReturns(world).return_of(learned.policy)
     config = replace(METHODS['published'][method], learns=False, episodes=3000)
-    acting = Training(world, optimal_policy(world), config, seed=9, initial=learned)
+    acting = Training(world, best_policy('published'), config, seed=9, initial=learned)
     before = acting.state.digest()
     acting.iterate()
     error = acting.returns.std() / np.sqrt(len(acting.returns))
@@ -128,7 +128,7 @@ def test_a_learner_begins_with_values_and_beliefs_and_with_schedules_of_its_own(
 def test_beliefs_begin_anew_with_another_kind_of_trust():
     config = METHODS['published']['explicit']
     learned = trained('beta_implicit').learned()
-    state = begin_from(learned, World(read_map('bar_grid', 'published')), config)
+    state = begin_from(learned, bar_grid('published'), config)
     assert (state.belief[:, LISTEN] == config.belief_listen).all()
     assert (state.belief[:, DISCARD] == config.belief_discard).all()
     assert (state.q[state.visits > 1.0] == learned.state.q[learned.state.visits > 1.0]).all()
@@ -136,16 +136,16 @@ def test_beliefs_begin_anew_with_another_kind_of_trust():
 
 def test_a_learning_without_a_model_cannot_begin_one_with_a_model(monkeypatch):
     use_plain_kernels(monkeypatch)
+    world = bar_grid('published')
     with pytest.raises(LearningError, match='must be of a learner with replays true'):
-        begin_from(trained('sarsa').learned(), World(read_map('bar_grid', 'published')),
+        begin_from(trained('sarsa', iterations=1).learned(), world,
                    METHODS['published']['head_start'])
     with pytest.raises(LearningError, match='must be of a learner with learns_model true'):
-        begin_from(trained('sarsa').learned(), World(read_map('bar_grid', 'published')),
+        begin_from(trained('sarsa', iterations=1).learned(), world,
                    METHODS['published']['model_based'])
     with pytest.raises(LearningError, match='must be of a learner with planner psrl, as this one '
                                             'is, got one with planner r_max'):
-        begin_from(trained('r_max').learned(), World(read_map('bar_grid', 'published')),
-                   METHODS['published']['psrl'])
+        begin_from(trained('r_max', iterations=1).learned(), world, METHODS['published']['psrl'])
 
 
 def test_a_learning_of_another_world_is_rejected_with_both_hashes():
@@ -171,7 +171,7 @@ def test_values_that_cannot_be_are_rejected(name, value, message):
 
 def test_a_reset_returns_to_what_the_learner_began_with():
     training = trained('beta_implicit')
-    world, config = World(read_map('bar_grid', 'published')), training.agent.config
+    world, config = bar_grid('published'), training.agent.config
     agent = Agent(config, 1, training.learned())
     agent.start(world)
     begun = agent.state.digest()
@@ -204,7 +204,7 @@ def test_a_learner_that_stops_to_learn_acts_by_its_policy_and_changes_nothing():
 
 def test_a_state_dict_has_the_policy_that_a_learner_acts_by():
     learned = trained('vanishing').learned()  # fresh schedules would give another policy
-    world = World(read_map('bar_grid', 'published'))
+    world = bar_grid('published')
     agent = Agent(replace(learned.config, learns=False), 1, learned)
     agent.start(world)
     restored = Agent(agent.config, 1)

@@ -59,7 +59,7 @@ def step_of(action):
 
 @pytest.mark.parametrize('method', METHODS['published'])
 def test_every_learner_is_verified_up_to_its_last_digest(method):
-    run = SimulatedRun(method, iterations=2, episodes=2)
+    run = SimulatedRun(method, iterations=2, episodes=1)
     result, = check(run.messages).replays
     actions = [msg for topic, msg in run.messages if topic == 'action']
     assert result.matching == len(actions) > 10
@@ -251,7 +251,7 @@ def test_a_learner_that_learns_nothing_is_verified():
 
 @pytest.mark.parametrize('method', METHODS['published'])
 def test_a_learner_with_several_mentors_is_verified_up_to_its_last_digest(method):
-    run = SimulatedRun(method, iterations=2, episodes=2, mentors=('anna', '', 'bob'))
+    run = SimulatedRun(method, iterations=2, episodes=1, mentors=('anna', '', 'bob'))
     result, = check(run.messages).replays
     assert (result.digests, result.digest, result.unadvised) == (1, run.digest, 0)
     assert result.matching == sum(topic == 'action' for topic, _ in run.messages) > 10

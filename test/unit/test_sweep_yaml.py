@@ -102,7 +102,7 @@ WRONG = [
     ('seeds: 3', 'seeds: "\\UFFFFFFFF"',
      'line 1: a sweep must be valid YAML, got a number beyond'),
     (GOOD, f'%YAML {"9" * 5000}.1\n---\na: b', 'line 1: a sweep must be valid YAML, got a number'),
-    (GOOD, '[' * 2000, 'line 1: a sweep must be valid YAML, got too many brackets'),
+    (GOOD, '[\n' * 2000, 'line 1: a sweep must be valid YAML, got too many brackets'),
     ('iterations: 100', f'iterations: "{"9" * 400}"', 'line 9: iterations must lie in [0, 1000'),
     ('bar_grid', '"a\\0b"', f"line 2: map 'a\\x00b': a map must be one of {', '.join(map_names())}"
      ', gym:NAME, nav2:FILE, garnet:SEED or a readable file (no file can have this name)'),
