@@ -27,6 +27,10 @@ EXECUTABLES = {
     'plot': ('bags.plot', 130),
 }
 
+# The same for what only a clone has: `scripts/demo`.
+SCRIPTS = {'demo': ('dashboard.demo', 130)}
+PROGRAMS = {**EXECUTABLES, **SCRIPTS}
+
 # Extras of `setup.py`: what only some executables need, as it is imported and as pip names it.
 EXTRAS = {
     'dashboard': {'fastapi': 'fastapi', 'nicegui': 'nicegui', 'uvicorn': 'uvicorn'},
@@ -43,7 +47,7 @@ ROS_PACKAGES = (
 
 def run(name: str) -> int:
     """Run an executable with the arguments of this process; return its exit code, as `start`."""
-    needs_ros = EXECUTABLES[name][0].startswith(('nodes.', 'dashboard.'))
+    needs_ros = PROGRAMS[name][0].startswith(('nodes.', 'dashboard.'))
     return start(name, needs_ros, lambda: _run(name))
 
 
@@ -102,7 +106,7 @@ def _remedy(package: str) -> str:
 
 
 def _run(name: str) -> int:
-    module, interrupted = EXECUTABLES[name]
+    module, interrupted = PROGRAMS[name]
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: os._exit(interrupted))
     from comply_ros.storage.kernel_cache import use_kernel_cache  # only now can Ctrl-C end it
@@ -120,5 +124,5 @@ def _entry_point(name: str) -> Callable[[], int]:
     return lambda: run(name)
 
 
-# Entry points of `setup.py`: one function for each row, such as `executables.learner`.
-globals().update({name: _entry_point(name) for name in EXECUTABLES})
+# One function for each row, of which `setup.py` makes entry points: such as `executables.learner`.
+globals().update({name: _entry_point(name) for name in PROGRAMS})

@@ -20,8 +20,8 @@ from comply_ros.terminal.standard_output import is_closed
 
 Seen = TypeVar('Seen')
 NamesAndTypes = Iterable[tuple[str, Sequence[str]]]
-# A subcommand: name, function of the node and its options, help, and the arguments with the
-# settings of `add_argument`.
+# A subcommand: name, function of the node and its options, help, and the arguments (of an option
+# with a short one, both) with the settings of `add_argument`.
 Command = tuple[str, Callable[[Node, argparse.Namespace], int], str, Mapping[str, dict[str, Any]]]
 
 SERVICES_OF_EVERY_NODE = (
@@ -37,15 +37,16 @@ class GraphError(ValueError):
 
 def command_parser(name: str, text: str, commands: Iterable[Command]) -> argparse.ArgumentParser:
     """`ArgumentParser` with subcommands."""
-    parser = CommandParser(name, description=text)
-    subparsers = parser.add_subparsers(required=True, metavar='COMMAND')
+    parser, commands = CommandParser(name, description=text), tuple(commands)
+    words = ','.join(word for word, *_ in commands)
+    subparsers = parser.add_subparsers(required=True, metavar=f'{{{words}}}')
     for word, run, meaning, arguments in commands:
         command = subparsers.add_parser(word, help=meaning, description=meaning)
         command.set_defaults(run=run)
         command.add_argument('--timeout', type=real_number, default=5.0, metavar='SECONDS',
                              help='how long to wait for the graph (default: %(default)s)')
         for argument, settings in arguments.items():
-            command.add_argument(argument, **settings)
+            command.add_argument(*argument.split(), **settings)
     return parser
 
 

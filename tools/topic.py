@@ -34,7 +34,10 @@ def main(argv: Sequence[str]) -> int:
     """Run the command; return the exit code."""
     return run_command(command_parser('topic', 'Look at topics.', (
         ('list', show_list, 'names of all topics', {}),
-        ('info', show_info, 'publishers and subscribers of a topic, and their QoS', {'topic': {}}),
+        ('info', show_info, 'publishers and subscribers of a topic, and their QoS', {
+            'topic': {},
+            '-v --verbose': {'action': 'store_true',
+                             'help': 'print a line for each setting of the QoS'}}),
         ('echo', show_messages, 'the messages of a topic, as YAML', {
             'topic': {},
             '--once': {'action': 'store_true', 'help': 'stop after one message'},
@@ -53,16 +56,20 @@ def show_list(node: Node, given: argparse.Namespace) -> int:
 
 
 def show_info(node: Node, given: argparse.Namespace) -> int:
-    """Print the type of a topic, and each of its publishers and subscribers with its QoS."""
+    """
+    Print the type of a topic, and each of its publishers and subscribers with its QoS.
+
+    With `--verbose`, each is printed as `ros2 topic info --verbose` prints it.
+    """
     name, kind = _find(node, given)
     print(f'Type: {kind}')
     for title, look in (('Publisher', node.get_publishers_info_by_topic),
                         ('Subscription', node.get_subscriptions_info_by_topic)):
-        endpoints = settled(node, lambda: [_endpoint(each) for each in look(name)],
-                            given.timeout, lambda seen: 'UNKNOWN' not in ''.join(seen))
+        endpoints = settled(node, lambda: sorted(look(name), key=_endpoint), given.timeout,
+                            lambda seen: 'UNKNOWN' not in ''.join(map(node_name, seen)))
         print(f'\n{title} count: {len(endpoints)}')
-        for each in sorted(endpoints):
-            print(f'  {each}')
+        for each in endpoints:
+            print(f'\n{each}' if given.verbose else f'  {_endpoint(each)}')
     return 0
 
 

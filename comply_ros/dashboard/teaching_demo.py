@@ -14,12 +14,10 @@ from comply_ros.nodes.lesson import lock_topics
 from comply_ros.nodes.lesson_processes import check_namespace, namespace_arguments
 from comply_ros.nodes.node_processes import NodeProcess, parameter_arguments, run_nodes
 from comply_ros.nodes.run_monitor import LessonFailed
-from comply_ros.storage.kernel_cache import use_kernel_cache
 from comply_ros.storage.map_files import read_map
 from comply_ros.storage.map_name import map_names, OTHER_MAPS
 from comply_ros.storage.run_files import OutputError, prepare_folder
 from comply_ros.terminal.command_line import CommandParser, whole_number
-from comply_ros.terminal.standard_output import standard_output
 from comply_ros.terminal.training_options import guarded
 from comply_ros.world.grid import MapError
 
@@ -50,7 +48,6 @@ def main(argv: list[str]) -> int:
 
 def run(options: argparse.Namespace) -> int:
     """Run world and learner as processes, and the page in this one; return its exit code."""
-    use_kernel_cache()
     check_namespace(options.namespace)
     read_map(options.map, 'published')
     find_method(options.method, 'published')
@@ -73,8 +70,3 @@ def world_and_learner(options: argparse.Namespace, folder: Path) -> Generator[li
     with run_nodes({name: [*parameter_arguments(values), *namespace]
                     for name, values in parameters.items()}, folder) as processes:
         yield processes
-
-
-if __name__ == '__main__':
-    with standard_output():
-        sys.exit(main(sys.argv))

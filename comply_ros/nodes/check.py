@@ -54,7 +54,8 @@ def option_parser() -> argparse.ArgumentParser:
                            'follows the rules of docs/reference/protocol.md. This command plays '
                            'the other two parts, which must not run. --ros-args follows last.')
     add = parser.add_argument
-    add('kind', choices=tuple(RECEIVED), help='what the node is')
+    add('kind', choices=tuple(RECEIVED), metavar=f'{{{",".join(RECEIVED)}}}',
+        help='what the node is')
     add('--name', default='', metavar='/NODE', help='full name that the node must have')
     add('--start', metavar='COMMAND',
         help=f'starts the node, with the seed in place of {SEED}, and again where a rule is about '

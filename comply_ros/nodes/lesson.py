@@ -71,9 +71,11 @@ class LessonResults(NamedTuple):
 Disturbance = Callable[[list[NodeProcess]], AbstractContextManager[None]]
 
 
-def lesson_parser() -> argparse.ArgumentParser:
-    """Return a parser of the options of a lesson."""
-    parser = training_parser('lesson', 'Teach a learner over topics, in three processes.')
+def lesson_parser(program: str = 'lesson',
+                  description: str = 'Teach a learner over topics, in three processes.',
+                  **own: str) -> argparse.ArgumentParser:
+    """Return a parser of the options of a lesson; arguments as `training_parser`."""
+    parser = training_parser(program, description, **own)
     parser.add_argument('--namespace', default='', metavar='NAME',
                         help='of the three nodes, for a second lesson at the same time')
     parser.add_argument('--rate', type=real_number, default=0.0, metavar='HZ',
@@ -88,11 +90,17 @@ def lesson_parser() -> argparse.ArgumentParser:
 
 def main(argv: list[str]) -> int:
     """Run the command; return the exit code."""
-    return guarded('lesson', (RosStartError,), lambda: main_with(lesson_parser(), run, argv))
+    return main_of(lesson_parser(), argv)
 
 
-def run(options: TrainingOptions) -> int:
-    """Run the lesson, write the results, return the exit code."""
+def main_of(parser: argparse.ArgumentParser, argv: list[str]) -> int:
+    """Run a lesson by the options of a `lesson_parser`; return the exit code."""
+    return guarded(parser.prog, (RosStartError,), lambda: main_with(
+        parser, lambda options: run(options, parser.prog), argv))
+
+
+def run(options: TrainingOptions, program: str) -> int:
+    """Run the lesson of a program, write the results, return the exit code."""
     if options.args.rate and not SLOWEST <= options.args.rate <= FASTEST:
         raise ConfigError(f'rate must be 0 or lie in [{SLOWEST}, {FASTEST}], '
                           f'got {options.args.rate:g}')
@@ -100,7 +108,7 @@ def run(options: TrainingOptions) -> int:
     try:
         results = run_lesson(options)
     except (NodeDied, LessonFailed) as failure:
-        print(f'lesson: {failure}', file=sys.stderr)
+        print(f'{program}: {failure}', file=sys.stderr)
         return 1
     from comply_ros.terminal.run_report import plot_here, report_training
     options, reference, advice, outcome = results

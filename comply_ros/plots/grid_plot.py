@@ -10,6 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.quiver import Quiver
 import numpy as np
 from numpy.typing import NDArray
@@ -20,25 +21,37 @@ from comply_ros.world.grid import Grid, NO_ACTION, STEPS
 from comply_ros.world.mdp import World
 
 BLUE, ORANGE, INK, PALE = '#0072B2', '#E69F00', '#222', '#bbb'
+OBSTACLE = '#666'  # darker than arrows in states that were never visited, which are PALE
 RED, _, GREEN = TRUST_ANCHORS
 CORNERS = np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])  # of a cell
 MOST_STARTS = 16  # a map with more starts shows none
+# What is drawn in cells besides arrows: a marker of the legend, by the label of what is drawn.
+GOAL, END, START, WALL = 'goal', 'other end of an episode', 'start', 'obstacle'
+CLOSED = 'cell in which the robot cannot be'  # an obstacle or a cliff
+LAST = 'end of an episode'  # where goals and other ends are not told apart
+MARKS: dict[str, dict[str, Any]] = {
+    GOAL: {'marker': '*', 'color': INK, 'markeredgewidth': 0}, END: {'marker': 'x', 'color': INK},
+    LAST: {'marker': '*', 'color': INK, 'markeredgewidth': 0},
+    START: {'marker': 'o', 'color': BLUE, 'alpha': 0.35, 'markeredgewidth': 0},
+    **dict.fromkeys((WALL, CLOSED), {'marker': 's', 'color': OBSTACLE, 'markeredgewidth': 0})}
+LEGEND_ROOM = 0.35  # inches below what is drawn
 
 
 def grid_figure(world: World, title: str, size: float = 8.0,
-                colorbar_width: float = 0.0) -> tuple[Figure, Axes]:
+                colorbar_width: float = 0.0, legend_height: float = 0.0) -> tuple[Figure, Axes]:
     """
     Return a figure, and its axes with the cells of a world.
 
     size: of the longer side of the grid, in inches.
     colorbar_width: room to the right of the grid, in inches.
+    legend_height: room below it, in inches.
 
     """
     grid = world.grid
     cell = size / max(grid.width, grid.height)
     width, height = grid.width * cell, grid.height * cell
-    figure = Figure(figsize=(width + 0.2 + colorbar_width, height + 0.7))
-    axes = place_axes(figure, 0.1, 0.3, width, height)
+    figure = Figure(figsize=(width + 0.2 + colorbar_width, height + 0.7 + legend_height))
+    axes = place_axes(figure, 0.1, 0.3 + legend_height, width, height)
     draw_cells(axes, world)
     set_title(axes, title)
     return figure, axes
@@ -48,15 +61,26 @@ def draw_cells(axes: Axes, world: World) -> None:
     """Draw obstacles, goals, and the starts where they are few."""
     grid = world.grid
     centers = np.transpose(grid.place(np.flatnonzero(world.obstacle)))
-    axes.add_collection(PolyCollection(list(centers[:, None] + CORNERS), facecolor='#d8d8d8'))
+    axes.add_collection(PolyCollection(list(centers[:, None] + CORNERS), facecolor=OBSTACLE,
+                                       label=WALL if len(centers) else None))
     axes.scatter(*grid.place(np.flatnonzero(world.terminal)), s=70, marker='*', color=INK,
-                 zorder=0, linewidth=0)
+                 zorder=0, linewidth=0, label=GOAL)
     if len(world.starts) <= MOST_STARTS:
         axes.scatter(*grid.place(world.starts), s=70, color=BLUE, zorder=0, alpha=0.35,
-                     linewidth=0)
+                     linewidth=0, label=START)
     axes.set(xlim=(-0.7, grid.width - 0.3), ylim=(-0.7, grid.height - 0.3), aspect='equal',
              xticks=[], yticks=[])
     axes.spines[:].set_color(PALE)
+
+
+def add_mark_legend(figure: Figure, axes: Axes) -> None:
+    """Explain the marks in the cells of axes, in the lower left of the figure."""
+    shown = axes.get_legend_handles_labels()[1]
+    handles = [Line2D([], [], linestyle='', markersize=9, label=name, **mark)
+               for name, mark in MARKS.items() if name in shown]
+    if handles:
+        figure.legend(handles=handles, loc='lower left', ncols=len(MARKS), frameon=False,
+                      handletextpad=0.2, labelcolor=INK)
 
 
 def set_title(axes: Axes, title: str) -> None:
@@ -91,11 +115,12 @@ def trust_figure(world: World, title: str, advice: NDArray[np.int8],
 
     visited: `visited[s]`; arrows are grey in states where the learner has never been.
     """
-    figure, axes = grid_figure(world, title, colorbar_width=1.2)
+    figure, axes = grid_figure(world, title, colorbar_width=1.2, legend_height=LEGEND_ROOM)
     bar = figure.colorbar(draw_trust(axes, world, advice, confidence, visited),
                           cax=axes.inset_axes((1.03, 0.2, 0.025, 0.6)))
     bar.set_label('confidence in the mentor', color=INK)
     bar.outline.set_visible(False)
+    add_mark_legend(figure, axes)
     return figure
 
 

@@ -6,7 +6,18 @@ from matplotlib.collections import PolyCollection
 import numpy as np
 from numpy.typing import NDArray
 
-from comply_ros.plots.grid_plot import BLUE, CORNERS, INK, MOST_STARTS, PALE
+from comply_ros.plots.grid_plot import (
+    BLUE,
+    CLOSED,
+    CORNERS,
+    END,
+    GOAL,
+    INK,
+    MOST_STARTS,
+    OBSTACLE,
+    PALE,
+    START,
+)
 from comply_ros.plots.state_layout import DIRECTIONS, goals_of, layout_of, sign
 from comply_ros.world.mdp import World
 
@@ -41,15 +52,18 @@ def _draw_cells(axes: Axes, world: World, positions: NDArray[np.float64], side: 
                 points: float) -> None:
     """Draw obstacles as squares, goals as stars, other ends of an episode as crosses."""
     walls = positions[~world.free & ~world.terminal]
-    axes.add_collection(PolyCollection(list(walls[:, None] + CORNERS * side),
-                                       facecolor='#d8d8d8'))
+    axes.add_collection(PolyCollection(list(walls[:, None] + CORNERS * side), facecolor=OBSTACLE,
+                                       label=CLOSED if len(walls) else None))
     goals, size = goals_of(world), (0.5 * points) ** 2
-    axes.scatter(*positions[goals].T, s=size, marker='*', color=INK, linewidth=0)
-    axes.scatter(*positions[world.terminal & ~goals].T, s=size / 2, marker='x', color=INK)
+    ends = world.terminal & ~goals
+    axes.scatter(*positions[goals].T, s=size, marker='*', color=INK, linewidth=0,
+                 label=GOAL if goals.any() else None)
+    axes.scatter(*positions[ends].T, s=size / 2, marker='x', color=INK,
+                 label=END if ends.any() else None)
     axes.scatter(*positions[world.free].T, s=size / 64, color=PALE, linewidth=0, zorder=0)
     if len(world.starts) <= MOST_STARTS:
         axes.scatter(*positions[world.starts].T, s=size, color=BLUE, zorder=0, alpha=0.35,
-                     linewidth=0)
+                     linewidth=0, label=START)
 
 
 def _draw_moves(axes: Axes, places: NDArray[np.float64], side: float, points: float,

@@ -10,7 +10,15 @@ from matplotlib.figure import Figure
 import numpy as np
 from numpy.typing import NDArray
 
-from comply_ros.plots.grid_plot import draw_cells, draw_trust, INK, place_axes, set_title
+from comply_ros.plots.grid_plot import (
+    add_mark_legend,
+    draw_cells,
+    draw_trust,
+    INK,
+    LEGEND_ROOM,
+    place_axes,
+    set_title,
+)
 from comply_ros.plots.mentor_marks import NO_NAME
 from comply_ros.plots.state_plot import add_scale, draw_state_trust
 from comply_ros.storage.file_system import printable
@@ -45,6 +53,7 @@ def trust_panels(world: World, title: str, mentors: Sequence[str], advice: NDArr
             draw_state_trust(axes, world, advised, trusted, visited)
         set_title(axes, name or NO_NAME)
     add_scale(figure, panels[min(len(mentors), COLUMNS) - 1])
+    add_mark_legend(figure, panels[0])
     return figure
 
 
@@ -57,8 +66,8 @@ def _empty_panels(world: World, count: int) -> tuple[Figure, list[Axes]]:
             (world.grid.width * cell, world.grid.height * cell), GRID_MARGIN
     columns, rows = min(count, COLUMNS), ceil(count / COLUMNS)
     wide, high = left + width, below + height + TITLE
-    figure = Figure(figsize=(columns * wide + SCALE, rows * high + HEAD))
+    figure = Figure(figsize=(columns * wide + SCALE, rows * high + HEAD + LEGEND_ROOM))
     return figure, [
         place_axes(figure, m % columns * wide + left,
-                   (rows - 1 - m // columns) * high + below, width, height)
+                   (rows - 1 - m // columns) * high + below + LEGEND_ROOM, width, height)
         for m in range(count)]

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 import numpy as np
 from numpy.typing import NDArray
 
-from comply_ros.plots.grid_plot import INK, PALE, place_axes
+from comply_ros.plots.grid_plot import add_mark_legend, INK, LAST, LEGEND_ROOM, PALE, place_axes
 from comply_ros.plots.map_plot import draw_map, has_cells
 from comply_ros.plots.state_layout import are_distinct
 from comply_ros.plots.trust_colors import TRUST_ANCHORS
@@ -36,12 +36,13 @@ def state_trust_figure(world: World, title: str, advice: NDArray[Any],
     and those without one bars in their order. All are grey where the learner has never been, by
     `visited[s]`.
     """
-    figure = Figure(figsize=SIZE)
-    axes = place_axes(figure, 0.9, 0.7, SIZE[0] - 1.9, SIZE[1] - 1.2)
+    figure = Figure(figsize=(SIZE[0], SIZE[1] + LEGEND_ROOM))
+    axes = place_axes(figure, 0.9, 0.7 + LEGEND_ROOM, SIZE[0] - 1.9, SIZE[1] - 1.2)
     figure.suptitle(printable(title), x=0.04, ha='left', fontsize=11, color=INK,
                     parse_math=False)
     draw_state_trust(axes, world, advice, confidence, visited)
     add_scale(figure, axes)
+    add_mark_legend(figure, axes)
     return figure
 
 
@@ -87,7 +88,8 @@ def _draw_points(axes: Axes, world: World, positions: NDArray[np.float64],
                  states: NDArray[np.intp], colors: NDArray[np.float64], names: list[str]) -> None:
     """Draw a point for each of the states at its place, over pale ones for all states."""
     axes.scatter(*positions.T, s=14, color='#ddd', linewidth=0)
-    axes.scatter(*positions[world.terminal].T, s=70, marker='*', color=INK, linewidth=0)
+    axes.scatter(*positions[world.terminal].T, s=70, marker='*', color=INK, linewidth=0,
+                 label=LAST if world.terminal.any() else None)
     axes.scatter(*positions[states].T, s=60, color=colors, linewidth=0)
     if len(states) <= MOST_NAMED:
         for s, name in zip(states, names):

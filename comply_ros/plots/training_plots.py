@@ -15,7 +15,9 @@ from comply_ros.learner.learner_state import ONE_MENTOR
 from comply_ros.plots.grid_plot import (
     BLUE,
     GREEN,
+    INK,
     ORANGE,
+    PALE,
     place_axes,
     RED,
     set_title,
@@ -23,11 +25,13 @@ from comply_ros.plots.grid_plot import (
     write_picture,
 )
 from comply_ros.plots.mentor_panels import trust_panels
-from comply_ros.plots.running_mean import running_mean
+from comply_ros.plots.running_mean import running_mean, window_of
 from comply_ros.plots.state_plot import state_trust_figure
 from comply_ros.protocol.messages import Episode
 from comply_ros.world.mdp import World
 
+LEGEND_TOP = 0.8  # inches from the bottom of a picture
+MANY = 5  # lines of which three names side by side can be wider than the picture
 Summary = Mapping[str, Any]  # of a run, as in `summary.json`
 
 
@@ -49,9 +53,11 @@ def learning_curve_figure(curves: NDArray[np.float64], summary: Summary) -> Figu
         low, high = np.percentile(curves, (10, 90), axis=0)
         axes.fill_between(iterations, low, high, color=BLUE, alpha=0.2, linewidth=0,
                           label=f'10 % to 90 % of {len(curves)} seeds')
-    else:
-        axes.plot(iterations, mean, color=BLUE, alpha=0.3, linewidth=1)
-    axes.plot(iterations, running_mean(mean), color=BLUE, linewidth=2.2, label='learner')
+    elif window_of(len(mean)) > 1:
+        axes.plot(iterations, mean, color=BLUE, alpha=0.3, linewidth=1,
+                  label='learner, each iteration')
+    axes.plot(iterations, running_mean(mean), color=BLUE, linewidth=2.2,
+              label=_smooth_label('learner', len(mean), 'iterations'))
     several = summary.get('mentor_returns')
     for name, key, color, line in (
             ('optimal', 'optimal_return', GREEN, '-'),
@@ -63,13 +69,19 @@ def learning_curve_figure(curves: NDArray[np.float64], summary: Summary) -> Figu
                          label=f'{name} ({level:.2f})')
     axes.set(xlabel=f'iteration ({summary["episodes"]} episodes each)',
              ylabel='mean return of an episode', xlim=(1, max(2, len(iterations))))
-    axes.legend(frameon=False, loc='center right')
+    _add_legend(axes)
     return figure
 
 
 def draw_episode_lengths(path: Path, episodes: Sequence[Episode], step_limit: int,
                          summary: Summary) -> None:
-    """Write a PNG of the number of steps of each episode; those cut off are marked."""
+    """Write a PNG of an `episode_lengths_figure`."""
+    write_picture(episode_lengths_figure(episodes, step_limit, summary), path)
+
+
+def episode_lengths_figure(episodes: Sequence[Episode], step_limit: int,
+                           summary: Summary) -> Figure:
+    """Return a figure of the number of steps of each episode; those cut off are marked."""
     figure, axes = _new_axes(summary)
     steps = np.array([each.steps for each in episodes])
     numbers = np.arange(1, len(steps) + 1)
@@ -79,10 +91,11 @@ def draw_episode_lengths(path: Path, episodes: Sequence[Episode], step_limit: in
     if cut.any():
         axes.plot(numbers[cut], steps[cut], 'x', color=RED, markersize=5,
                   label=f'cut off at {step_limit} steps')
-    axes.plot(numbers, running_mean(steps), color=BLUE, linewidth=2.2, label='running mean')
+    axes.plot(numbers, running_mean(steps), color=BLUE, linewidth=2.2,
+              label=_smooth_label('steps', len(steps), 'episodes'))
     axes.set(xlabel='episode', ylabel='steps', xlim=(0, len(steps) + 1), ylim=(0, None))
-    axes.legend(frameon=False, loc='upper right')
-    write_picture(figure, path)
+    _add_legend(axes)
+    return figure
 
 
 def draw_trust_map(path: Path, world: World, advice: NDArray[Any],
@@ -113,11 +126,25 @@ def trust_map_figure(world: World, advice: NDArray[Any], confidence: NDArray[np.
 
 
 def _new_axes(summary: Summary) -> tuple[Figure, Axes]:
-    figure = Figure(figsize=(8, 4.5))
-    axes = place_axes(figure, 0.9, 0.6, 6.9, 3.5)
+    figure = Figure(figsize=(8, 5.2))
+    axes = place_axes(figure, 0.9, 1.3, 6.9, 3.5)
     set_title(axes, f'{summary["method"]} on {summary["map"]}, mentor {summary["mentor"]}')
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.spines[['top', 'right']].set_visible(False)
     axes.grid(color='#eee')
     axes.set_axisbelow(True)
     return figure, axes
+
+
+def _smooth_label(name: str, count: int, unit: str) -> str:
+    """Return the label of a running mean of `count` values."""
+    window = window_of(count)
+    return f'{name}, running mean of {window} {unit}' if window > 1 else name
+
+
+def _add_legend(axes: Axes) -> None:
+    """Explain the lines below the axes, where it covers none."""
+    figure, (handles, labels) = axes.get_figure(True), axes.get_legend_handles_labels()
+    figure.legend(handles, labels, loc='upper center', ncols=3 if len(labels) < MANY else 2,
+                  bbox_to_anchor=(0.5, LEGEND_TOP / figure.get_figheight()), fontsize=9,
+                  labelcolor=INK, framealpha=1.0, edgecolor=PALE, fancybox=False)

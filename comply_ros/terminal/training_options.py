@@ -44,8 +44,12 @@ class TrainingOptions(TrainingSpec):
     args: argparse.Namespace
 
 
-def training_parser(program: str, description: str) -> argparse.ArgumentParser:
-    """Return a parser of the options that `train` and `lesson` share."""
+def training_parser(program: str, description: str, **own: str) -> argparse.ArgumentParser:
+    """
+    Return a parser of the options that `train` and `lesson` share.
+
+    own: defaults of `iterations` and `out`, where the program has its own ones.
+    """
     parser = CommandParser(program, description=description)
     add = parser.add_argument
     add('--map', default='maze', metavar='NAME|FILE',
@@ -71,7 +75,8 @@ def training_parser(program: str, description: str) -> argparse.ArgumentParser:
     add('--profile', default='published', metavar='NAME',
         help='settings of the report: published (the runs behind its figures) or report (its '
         'text) (default: %(default)s)')
-    add('--iterations', metavar='N', help='(default: that of the method, mostly 400)')
+    add('--iterations', metavar='N', default=own.get('iterations'),
+        help=f'(default: {own.get("iterations", "that of the method, mostly 400")})')
     add('--episodes', metavar='N', help='per iteration (default: that of the method, mostly 15)')
     add('--seed', type=whole_number, default=0, metavar='K', help='(default: %(default)s)')
     add('--from', metavar='FILE.npz', dest='initial_learning',
@@ -79,7 +84,8 @@ def training_parser(program: str, description: str) -> argparse.ArgumentParser:
         'counts and random numbers begin anew: it does not continue that training')
     add('--set', action='append', default=[], metavar='FIELD=VALUE', dest='changes',
         help='change one field of the method; may be repeated')
-    add('--out', metavar='DIR', help='(default: runs/MAP-METHOD-MENTOR-SEED)')
+    add('--out', metavar='DIR', default=own.get('out'),
+        help=f'(default: {own.get("out", "runs/MAP-METHOD-MENTOR-SEED")})')
     parser.set_defaults(external='')  # the part that runs already, where a command has that
     return parser
 

@@ -14,6 +14,7 @@ from ros_client import ros_client
 from short_training import children
 from waiting import DEADLINE, wait_until
 
+from comply_ros.nodes.node_processes import START
 from comply_ros.nodes.topics import RECOMMENDATION
 from comply_ros.plots.mentor_marks import mentor_color
 
@@ -102,7 +103,7 @@ def test_the_demo_names_a_node_that_ended_and_starts_it_again(domain, tmp_path, 
     log = tmp_path / 'demo.log'
     with log.open('wb') as output:
         demo = subprocess.Popen(
-            [sys.executable, '-m', 'comply_ros.dashboard.teaching_demo', '--port', '0', '--out',
+            [sys.executable, '-c', START.format('demo'), '--teach', '--port', '0', '--out',
              str(tmp_path)], cwd=ROOT, stdout=output, stderr=subprocess.STDOUT)
     try:
         wait_until(lambda: 'ready: ' in log.read_text(), 'page')

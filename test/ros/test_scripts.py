@@ -110,6 +110,16 @@ def test_scripts_work_from_any_folder(tmp_path, argv, output):
     assert output in done.stdout
 
 
+@pytest.mark.parametrize('argv, words', [
+    (['topic'], '{list,info,echo,hz}'), (['service'], '{list,type,call}'),
+    (['param'], '{list,get,set,describe}'), (['run', 'check'], '{world,mentor,learner}')])
+def test_a_missing_word_is_named_by_what_it_can_be(argv, words):
+    done = script([f'scripts/{argv[0]}', *argv[1:]])
+    assert done.returncode == 2
+    assert done.stderr.count(words) == 2  # in the usage and in the error
+    assert done.stderr.endswith(f'error: the following arguments are required: {words}\n')
+
+
 def test_an_installed_executable_finds_its_entry_point(tmp_path):
     installed = TOP / 'install' / 'comply_ros' / 'lib' / 'comply_ros' / 'train'
     done = script([str(TOP / 'scripts' / 'python'), str(installed), '--help'], tmp_path)

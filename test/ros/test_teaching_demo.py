@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`scripts/demo --teach` as a process: the options that its own messages advise."""
+"""`scripts/demo` as a process: its help, and the options that its own messages advise."""
 
 import signal
 import subprocess
@@ -9,9 +9,11 @@ from node_processes import run_tool
 import pytest
 from waiting import DEADLINE, wait_until
 
+from comply_ros.nodes.node_processes import START
+
 pytestmark = pytest.mark.usefixtures('domain')
-COMMAND = (sys.executable, '-m', 'comply_ros.dashboard.teaching_demo', '--map', 'bar_grid',
-           '--port', '0')
+COMMAND = (sys.executable, '-c', START.format('demo'), '--teach', '--map', 'bar_grid', '--port',
+           '0')
 
 
 @pytest.mark.long
@@ -32,3 +34,21 @@ def test_a_namespace_that_no_node_can_have_is_one_line(tmp_path):
                           capture_output=True, text=True)
     assert done.returncode == 2 and done.stderr.startswith('demo: ')
     assert done.stderr.count('\n') == 1
+
+
+@pytest.mark.parametrize('argv, output', [
+    (('--help',), ('usage: demo [-h]', '--teach', '(default: 100)', '(default: runs/demo)')),
+    (('--teach', '--help'), ('usage: demo --teach', '--port')),
+    (('--help', '--teach'), ('usage: demo --teach', '--port'))])
+def test_the_demo_calls_itself_so_and_has_its_own_defaults(argv, output):
+    done = subprocess.run([sys.executable, '-c', START.format('demo'), *argv], check=False,
+                          capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert all(each in done.stdout for each in output), done.stdout
+
+
+def test_a_misspelt_option_of_the_demo_is_an_error_of_the_demo():
+    done = subprocess.run([sys.executable, '-c', START.format('demo'), '--tech'], check=False,
+                          capture_output=True, text=True)
+    assert done.returncode == 2
+    assert done.stderr.endswith('demo: error: unrecognized arguments: --tech\n')

@@ -43,6 +43,19 @@ def test_info_shows_publishers_and_subscribers_with_their_qos():
     assert run_tool('topic', 'info', '/world').returncode == 0
 
 
+@pytest.mark.long
+def test_verbose_info_shows_an_endpoint_as_ros2_does():
+    def shown():
+        return run_tool('topic', 'info', '-v', '/world').stdout
+    wait_until(lambda: 'Subscription count: 2' in shown(), 'both nodes')
+    text = shown()
+    assert text.startswith('Type: comply_msgs/msg/WorldDescription\n\nPublisher count: 1\n\n'
+                           'Node name: grid_world\nNode namespace: /\n'
+                           'Topic type: comply_msgs/msg/WorldDescription\n')
+    assert text.count('Endpoint type: SUBSCRIPTION') == 2
+    assert text.count('QoS profile:\n  Reliability: RELIABLE\n') == 3
+
+
 def test_echo_shows_latched_messages_as_yaml():
     done = run_tool('topic', 'echo', '--once', 'world')
     assert done.returncode == 0

@@ -1,0 +1,27 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`scripts/demo`: a lesson in the maze, or one in which you are the mentor."""
+
+import argparse
+
+from comply_ros.nodes.lesson import lesson_parser, main_of
+
+TEACH = '--teach'
+DEFAULTS = {'iterations': '100', 'out': 'runs/demo'}
+
+
+def demo_parser() -> argparse.ArgumentParser:
+    """Return a parser of the options of the demo without `--teach`, which its help mentions."""
+    parser = lesson_parser('demo', 'Three nodes learn the maze; two pictures show the result.',
+                           **DEFAULTS)
+    parser.add_argument(TEACH, action='store_true',
+                        help='be the mentor yourself, on a page in the browser; it has other '
+                        'options: scripts/demo --teach --help')
+    return parser
+
+
+def main(argv: list[str]) -> int:
+    """Run the demo; return the exit code."""
+    if TEACH not in argv[1:]:
+        return main_of(demo_parser(), argv)
+    from comply_ros.dashboard import teaching_demo  # loads the page's server
+    return teaching_demo.main([each for each in argv if each != TEACH])
