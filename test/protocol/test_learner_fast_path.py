@@ -183,13 +183,13 @@ def snapshot(learner):
             'advice': learner.advice().tolist(), 'waiting_for': learner.waiting_for()}
 
 
-@pytest.mark.parametrize('block', [0, pytest.param(1, marks=pytest.mark.long)])
+@pytest.mark.parametrize('seeds', [range(12), pytest.param(range(12, 40), marks=pytest.mark.long)])
 @pytest.mark.parametrize('method, remembers_advice', [
     ('q_learning', True), ('beta_implicit', True), ('explicit', False), ('head_start', True)])
 def test_a_usual_step_has_the_outputs_and_the_state_of_the_long_way(
-        method, remembers_advice, block):
+        method, remembers_advice, seeds):
     usual_steps = 0
-    for seed in range(12 * block, 12 * block + 12):
+    for seed in seeds:
         twins = Twins(method, remembers_advice, seed)
         for _ in range(80):
             twins.act()
@@ -197,13 +197,14 @@ def test_a_usual_step_has_the_outputs_and_the_state_of_the_long_way(
     assert usual_steps > 100
 
 
+@pytest.mark.parametrize('seeds', [range(12), pytest.param(range(12, 20), marks=pytest.mark.long)])
 @pytest.mark.parametrize('method, remembers_advice', [
     ('sarsa', True), ('beta_implicit', True), ('explicit', False), ('head_start', True),
     ('watkins', True), ('model_based', True)])
 def test_actions_that_are_published_early_and_the_state_are_those_of_the_long_way(
-        method, remembers_advice):
+        method, remembers_advice, seeds):
     early_actions = 0
-    for seed in range(12):
+    for seed in seeds:
         twins = Twins(method, remembers_advice, seed, publishes_early=True)
         for _ in range(80):
             twins.act()
