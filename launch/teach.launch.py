@@ -3,10 +3,10 @@
 
 import atexit
 from collections.abc import Callable, Iterable
-from difflib import get_close_matches
 from pathlib import Path
 import shlex
 import shutil
+import sys
 import tempfile
 from typing import Any
 
@@ -24,16 +24,19 @@ from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
 
+from comply_ros.learner.presets import find_method, METHODS
 from comply_ros.mentor.several_mentors import joined, split_mentors
 from comply_ros.nodes.lesson_parameters import mentor_node
 from comply_ros.nodes.node_help import NODE_PARAMETERS
 from comply_ros.nodes.node_processes import yaml_for_rcl
+from comply_ros.nodes.parameters import METHOD, PROFILE
+from comply_ros.numerics.similar_name import did_you_mean
 
 DEFAULT_FILE = PathJoinSubstitution([FindPackageShare('comply_ros'), 'config', 'teach.yaml'])
 # Name, default and description. An empty value leaves the parameter to the file.
 ARGUMENTS = (
     ('map', '', 'name of a map of the package, or a map file'),
-    ('method', '', 'method of the learner'),
+    ('method', '', f'method of the learner: {", ".join(METHODS["published"])}'),
     ('mentor', '', 'optimal, random, adversarial, noisy:P, snapshot:Q, file:PATH, '
      'learned:FILE.npz, learner:/NAMESPACE or none; with @C behind it, in a share C of the states '
      'only'),
@@ -65,16 +68,8 @@ ARGUMENTS = (
     ('record', 'false', 'record all messages to a bag in runs/'),
     ('log_level', 'info', 'log level of the nodes'),
 )
+# Of arguments that are never empty; the others are checked in `nodes`, or by the node.
 CHOICES = {
-    'method': [
-        '', 'sarsa', 'q_learning', 'sarsa_lambda', 'watkins', 'constant', 'vanishing',
-        'beta_implicit', 'explicit', 'beta_implicit_off_policy', 'explicit_off_policy',
-        'constant_lambda', 'vanishing_lambda', 'beta_implicit_lambda', 'explicit_lambda',
-        'majority_vote', 'pi_reuse', 'policy_shaping', 'policy_shaping_estimated', 'rlpa',
-        'jump_start', 'sarsa_epsilon', 'q_learning_epsilon', 'expected_sarsa', 'double_q_learning',
-        'prioritized_sweeping', 'r_max', 'mbie_eb', 'psrl', 'head_start', 'model_based'],
-    'profile': ['', 'report', 'published'],
-    'learns': ['', 'true', 'false'],
     'respawn': ['true', 'false'],
     'end_when_finished': ['true', 'false'],
     'viewer': ['true', 'false'],
@@ -96,7 +91,7 @@ VIEW_TOPICS = ('map', 'trust', 'values', 'places', 'mentor', 'policy', 'trail', 
 NOT_TEXT = ('seed', 'mentor_seed', 'budget', 'rate', 'iterations', 'learns', 'end_when_finished',
             'advice_timeout', 'advice_timeouts')
 MOST_ROBOTS = 64
-LIKE = 0.7  # similarity from which a name is a misspelt one: `robot_name` is not `robots`
+HAS_TERMINAL = sys.stdout.isatty()  # then nodes print colors; in a pipe or a file they do not
 INVALID_ARGUMENTS = 2  # exit code of a node; it would fail again
 
 
@@ -135,6 +130,7 @@ def nodes(context: LaunchContext) -> list[Node]:
     given = {name: LaunchConfiguration(name).perform(context) for name, _, _ in ARGUMENTS}
     if not Path(given['params_file']).is_file():  # launch would warn, and start without it
         raise ValueError(f'params_file must be a file, got {given["params_file"]!r}')
+    find_method(given['method'] or METHOD.default, given['profile'] or PROFILE.default)
     mentors, robots = mentors_of(given), robots_of(given)
     learning = {namespace for namespace, _ in robots}
     return [*teachers(given, mentors, [namespace for namespace, _ in robots]),
@@ -227,7 +223,7 @@ def node_of(executable: str, name: str, given: dict[str, str], parameters: dict[
         parameters=[*files, values],  # the file first, so that arguments win
         arguments=['--ros-args', '--enclave', f'/{executable}', '--log-level',
                    given['log_level']],
-        output='screen', emulate_tty=True, respawn=respawns, respawn_delay=0.5,
+        output='screen', emulate_tty=HAS_TERMINAL, respawn=respawns, respawn_delay=0.5,
         on_exit=end_after(name, respawns, is_needed))
 
 
@@ -239,10 +235,10 @@ def warn_of_misspelt(argv: Iterable[str]) -> None:
     """
     known = [name for name, _, _ in ARGUMENTS]
     for name in (text.partition(':=')[0] for text in argv):
-        similar = get_close_matches(name, known, n=1, cutoff=LIKE)
-        if similar and name not in known:
+        question = did_you_mean(name, known, before='; ')
+        if question:
             get_logger('teach.launch.py').warning(
-                f'argument {name!r} is unknown and has no effect; did you mean {similar[0]!r}?')
+                f'argument {name!r} is unknown and has no effect{question}')
 
 
 def viewers(given: dict[str, str]) -> list[Node]:
@@ -251,7 +247,7 @@ def viewers(given: dict[str, str]) -> list[Node]:
     if 'true' in (given['viewer'], given['rviz']):
         started.append(Node(
             package='comply_ros', executable='viewer', name='viewer', namespace=namespace,
-            parameters=[given['params_file']], output='screen', emulate_tty=True,
+            parameters=[given['params_file']], output='screen', emulate_tty=HAS_TERMINAL,
             on_exit=end_after('viewer', is_needed=lambda: False),
             arguments=['--ros-args', '--enclave', '/viewer', '--log-level', given['log_level']]))
     if given['rviz'] == 'true':
@@ -269,7 +265,7 @@ def observers(given: dict[str, str]) -> list[Node]:
     """Return the page, which only watches, and the recorder if they are wanted."""
     return [Node(
         package='comply_ros', executable=name, name=name, namespace=given['namespace'],
-        parameters=[given['params_file'], values], output='screen', emulate_tty=True,
+        parameters=[given['params_file'], values], output='screen', emulate_tty=HAS_TERMINAL,
         on_exit=end_after(name, is_needed=lambda: False),
         arguments=['--ros-args', '--enclave', f'/{name}', '--log-level', given['log_level']])
         for name, values in (('record', {}), ('dashboard', {'teach': False}))

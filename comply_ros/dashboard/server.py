@@ -59,7 +59,8 @@ def spin_with_page(node: DashboardNode, stop: StopFlag,
         stack.enter_context(serving(node, seat, listening, token))
         if is_new:
             print_token(page_url(node.address, listening, token))
-        node.get_logger().info(f'ready: {page_url(node.address, listening)}')
+        # The address has a line of its own, which no terminal breaks in two.
+        node.get_logger().info(f'ready:\n{page_url(node.address, listening)}')
         while rclpy.ok() and not stop.is_set():
             node.update()
             seat.update()

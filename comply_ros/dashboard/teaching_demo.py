@@ -29,7 +29,7 @@ def option_parser() -> argparse.ArgumentParser:
     add = parser.add_argument
     add('--map', default='maze', metavar='NAME|FILE',
         help=f'{", ".join(map_names())}, {OTHER_MAPS} (default: %(default)s)')
-    add('--method', default='beta_implicit', choices=METHODS['published'], metavar='NAME',
+    add('--method', default='beta_implicit', metavar='NAME',
         help=f'{", ".join(METHODS["published"])} (default: %(default)s)')
     add('--port', type=whole_number, default=8080, help='port of the page (default: %(default)s)')
     add('--out', default='runs/demo', metavar='DIR',

@@ -10,6 +10,7 @@ from typing import Any
 
 from comply_ros.numerics.action_values import actions_for_kernels
 from comply_ros.numerics.number_text import read_integer, read_number
+from comply_ros.numerics.similar_name import did_you_mean
 
 TRUSTS = ('none', 'scheduled', 'beta', 'explicit', 'shaping', 'jump_start', 'head_start',
           'track_record', 'returns')
@@ -316,7 +317,8 @@ def with_text(config: LearnerConfig, name: str, text: str) -> LearnerConfig:
 
     """
     if name not in CONFIG_FIELDS:
-        raise ConfigError(f'a method has no field {name!r}; it has {", ".join(CONFIG_FIELDS)}')
+        raise ConfigError(f'{did_you_mean(name, CONFIG_FIELDS, after=" ")}a method has no field '
+                          f'{name!r}; it has {", ".join(CONFIG_FIELDS)}')
     kind = field_type(name)
     try:
         value = PARSERS[kind](text)

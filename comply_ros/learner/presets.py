@@ -6,6 +6,7 @@ from math import log
 from typing import Any
 
 from comply_ros.learner.learner_config import ConfigError, LearnerConfig, TINY
+from comply_ros.numerics.similar_name import did_you_mean
 
 
 def find_method(name: str, profile: str) -> LearnerConfig:
@@ -20,7 +21,8 @@ def find_method(name: str, profile: str) -> LearnerConfig:
     if profile not in METHODS:
         raise ConfigError(f'a profile must be one of {", ".join(METHODS)}, got {profile!r}')
     if name not in METHODS[profile]:
-        raise ConfigError(f'a method must be one of {", ".join(METHODS[profile])}, got {name!r}')
+        raise ConfigError(f'{did_you_mean(name, METHODS[profile], after=" ")}a method must be one '
+                          f'of {", ".join(METHODS[profile])}, got {name!r}')
     return METHODS[profile][name]
 
 

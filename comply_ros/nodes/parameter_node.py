@@ -32,6 +32,7 @@ from rclpy.service import Service
 from comply_ros.nodes.parameters import KNOWN_NAMES, Parameter, ParameterError, ROS_PARAMETERS
 from comply_ros.nodes.ros_start import rclpy_errors
 from comply_ros.numerics.number_text import NUMBER
+from comply_ros.numerics.similar_name import did_you_mean
 
 PARAMETER_TYPES = {kind.value for kind in RosParameter.Type}
 
@@ -72,7 +73,8 @@ class SafeParameterNode(Node):
                 raise ParameterError(self.rejected_parameters[name])
             prefix, dot, _ = name.partition('.')  # rcl has names with dots, as of QoS overrides
             if name not in KNOWN_NAMES and (not dot or prefix in KNOWN_NAMES):
-                self.get_logger().warning(f'parameter {name!r} is unknown and has no effect')
+                self.get_logger().warning(f'parameter {name!r} is unknown and has no effect'
+                                          + did_you_mean(name, KNOWN_NAMES, before='; '))
 
     def declare(self, parameter: Parameter) -> Any:
         """Declare a parameter and return its value; raises ParameterError if it is invalid."""
@@ -87,7 +89,8 @@ class SafeParameterNode(Node):
         if value is None:
             raise ParameterError(self._type_rule(parameter))
         if parameter.choices and value not in parameter.choices:
-            raise ParameterError(f'parameter {parameter.name} must be one of '
+            raise ParameterError(did_you_mean(str(value), parameter.choices, after=' ')
+                                 + f'parameter {parameter.name} must be one of '
                                  f'{", ".join(parameter.choices)}, got {value!r}')
         return value
 

@@ -179,7 +179,8 @@ class TeleopMentorNode(HumanMentorNode):
                 if len(advised):
                     mean = np.asarray(confidence)[advised].mean()
                     trust += f', {mean:.2f} where you advise'
-            yield f'trust in you: {trust}; advice in {len(advised)} states'
+            count = f'{len(advised)} state' + ('' if len(advised) == 1 else 's')
+            yield f'trust in you: {trust}; advice in {count}'
         yield self._remark
 
     def _log_rejected(self, output: Rejected) -> None:

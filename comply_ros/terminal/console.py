@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from rich import progress
+from rich.cells import cell_len
 from rich.console import Console, ConsoleDimensions
 from rich.measure import Measurement
 from rich.table import Column, Table
@@ -145,9 +146,16 @@ def show_table(summary: Mapping[str, Any], seeds: Sequence[int]) -> None:
 
 
 def show_paths(files: Iterable[Path]) -> None:
-    """Print the paths of files as soon as each of them is there."""
+    """
+    Print the paths of files as soon as each of them is there.
+
+    On a terminal that is too narrow, the name of a file is in a line of its own.
+    """
     for path in files:
-        console.print(f'  {printable(path)}', soft_wrap=True)
+        text = f'  {printable(path)}'
+        if console.is_terminal and cell_len(text) > console.width:
+            text = f'  {printable(path.parent)}/\n    {printable(path.name)}'
+        console.print(text, soft_wrap=True)
 
 
 def show_columns(heads: Iterable[str], rows: Iterable[Iterable[str]]) -> None:

@@ -171,7 +171,7 @@ def test_the_page_asks_for_the_token_where_other_machines_reach_it(
     monkeypatch.setenv('COMPLY_ROS_TOKEN', 'open-sesame')
     with nodes(tmp_path, grid_world=['-p', 'map:=bar_grid'], dashboard=[
             '-p', 'address:=0.0.0.0', '-p', 'port:=0']) as running:
-        wait_until(log_has(running['dashboard'], 'ready: '), 'page')
+        wait_until(log_has(running['dashboard'], 'ready:'), 'page')
         port = re.search(r':(\d+)/', url_of(running['dashboard']))[1]
         for path in ('', '_nicegui_ws/socket.io/?EIO=4&transport=polling', '?token=wrong'):
             with pytest.raises(urllib.error.HTTPError, match='401'):

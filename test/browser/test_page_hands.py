@@ -114,8 +114,8 @@ def test_what_is_painted_is_there_after_the_page_was_killed(domain, tmp_path, ch
         log = running['dashboard'].log
         log.write_text('')
         running['dashboard'].start()
-        wait_until(lambda: 'ready: ' in log.read_text(), 'page')
-        page = open_page(chromium, log.read_text().split('ready: ')[1].split()[0])
+        wait_until(lambda: 'ready:' in log.read_text(), 'page')
+        page = open_page(chromium, log.read_text().split('ready:')[1].split()[0])
         wait_until(lambda: page.evaluate(ARROWS) == 9, 'arrows of before')
 
 

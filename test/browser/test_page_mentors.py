@@ -106,8 +106,10 @@ def test_the_demo_names_a_node_that_ended_and_starts_it_again(domain, tmp_path, 
             [sys.executable, '-c', START.format('demo'), '--teach', '--port', '0', '--out',
              str(tmp_path)], cwd=ROOT, stdout=output, stderr=subprocess.STDOUT)
     try:
-        wait_until(lambda: 'ready: ' in log.read_text(), 'page')
-        page = open_page(chromium, url_of(Namespace(log=log)))
+        wait_until(lambda: 'ready:' in log.read_text(), 'page')
+        url = url_of(Namespace(log=log))
+        assert url in log.read_text().splitlines()  # a narrow terminal does not break it
+        page = open_page(chromium, url)
         page.locator('.world').first.wait_for()
         os.kill(children(demo)[name], signal.SIGKILL)
         wait_for(page, 'alarm', f'{name} ended with signal SIGKILL; its last lines:')

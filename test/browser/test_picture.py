@@ -23,7 +23,7 @@ def test_the_picture_follows_the_environment_until_it_is_switched_off(
     with nodes(tmp_path / 'nodes', gym_world=world, learner=learner,
                dashboard=['-p', 'port:=0', '-p', 'teach:=false']) as running, \
             browser() as chromium:
-        wait_until(log_has(running['dashboard'], 'ready: '), 'page')
+        wait_until(log_has(running['dashboard'], 'ready:'), 'page')
         page = chromium.new_page()
         page.goto(url_of(running['dashboard']))
         first = wait_until(lambda: page.locator('.picture img').count() and source_of(page),

@@ -204,7 +204,7 @@ def test_a_table_of_another_sweep_is_an_error(capsys):
 
 @pytest.mark.parametrize('argv, message', [
     (['nowhere.yaml'], "a sweep file must be readable, got 'nowhere.yaml' (no such file or direc"),
-    (['bad.yaml'], 'bad.yaml, line 3: a method must be one of sarsa, '),
+    (['bad.yaml'], "bad.yaml, line 3: did you mean 'explicit'? a method must be one of "),
     (['a.yaml', '--workers', '0'], 'workers must be at least 1, got 0'),
     (['a.yaml', '--workers', '2', '--scheduler', 'x'], '--workers is for this machine'),
     (['a.yaml', '--out', 'a.parquet'], "a table must be a file that ends in .csv, got 'a.parq")])

@@ -50,6 +50,7 @@ def children(process):
 def test_it_ends_by_itself_when_the_learner_has_finished(tmp_path, more):
     done = launched('map:=bar_grid', 'mentor:=optimal', 'iterations:=1', *more, folder=tmp_path)
     assert 'finished 1 iterations, digest' in done.stdout
+    assert '\x1b' not in done.stdout  # colors are for terminals
     assert done.returncode == 0, done.stdout + done.stderr
 
 
@@ -127,6 +128,8 @@ def test_each_robot_learns_the_bits_of_train_by_its_seed_with_the_same_mentors(t
      "either mentor or mentors must be given, got 'optimal' and 'random'"),
     (('mentors:=anna=optimal anna=random',),
      "each mentor must have a name of its own, got 'anna' twice"),
+    (('method:=beta_implict',), "did you mean 'beta_implicit'? a method must be one of sarsa, "),
+    (('profile:=new',), "a profile must be one of report, published, got 'new'"),
     (('robots:=0',), 'robots must lie in [1, 64], got 0'),
     (('robots:=some',), "robots must be a whole number, got 'some'"),
     (('robots:=2', 'seed:=-1'), "seed must be a whole number, got '-1'"),

@@ -198,9 +198,18 @@ def test_wrong_ros_arguments_are_one_line():
     assert 'Traceback' not in done.stderr
 
 
+def test_a_misspelt_method_is_one_line_that_begins_with_the_name_that_was_meant():
+    done = run('learner', '--ros-args', '-p', 'method:=beta_implict')
+    assert done.returncode == 2
+    assert done.stderr.startswith(
+        "learner: did you mean 'beta_implicit'? parameter method must be one of sarsa, ")
+    assert done.stderr.count('\n') == 1
+
+
 def test_an_unknown_parameter_is_warned_of(tmp_path):
     with nodes(tmp_path, learner=('-p', 'temprature:=1.0')) as started:
-        warning = "parameter 'temprature' is unknown and has no effect"
+        warning = ("parameter 'temprature' is unknown and has no effect; "
+                   "did you mean 'temperature'?")
         assert wait_until(log_has(started['learner'], warning), warning)
 
 

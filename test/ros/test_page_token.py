@@ -44,7 +44,7 @@ def dashboard_in_terminal(*arguments, **environment):
     process = subprocess.Popen([*COMMAND, *arguments], stdin=terminal, stdout=terminal,
                                stderr=terminal, env={**os.environ, **environment})
     try:
-        wait_until(lambda: 'ready: ' in text() or process.poll() is not None, 'page')
+        wait_until(lambda: 'ready:' in text() or process.poll() is not None, 'page')
         assert process.poll() is None, text()
         yield process, text
     finally:
@@ -80,7 +80,7 @@ def test_a_token_that_is_made_is_shown_in_the_terminal_alone(domain, tmp_path):
         values = client.call(GetParameters, 'dashboard/get_parameters', names=names).values
         seen = (*lines, *map(str, values), Path(f'/proc/{process.pid}/cmdline').read_text(),
                 *(each.read_text() for each in logs.rglob('*') if each.is_file()))
-        assert any('ready: ' in each for each in seen)
+        assert any('ready:' in each for each in seen)
         assert not [each for each in seen if token in each]
 
 

@@ -148,7 +148,7 @@ def test_a_policy_is_one_enclave_with_one_node_and_no_wildcard(name):
 def page(domain, tmp_path):
     """Run a dashboard with its mentor."""
     with nodes(tmp_path, dashboard=['-p', 'port:=0']) as running:
-        wait_until(log_has(running['dashboard'], 'ready: '), 'page')
+        wait_until(log_has(running['dashboard'], 'ready:'), 'page')
         yield
 
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The human mentor at a terminal, here a pseudo-terminal of the test."""
 
+import re
 import signal
 import termios
 
@@ -8,6 +9,7 @@ from node_processes import nodes, run
 from pty_session import pty_session
 import pytest
 from ros_client import ros_client
+from waiting import wait_until
 
 from comply_ros.nodes.topics import ACTION, MENTOR_POLICY, STATE
 from comply_ros.storage.map_files import read_map
@@ -91,6 +93,7 @@ def test_painted_advice_is_published_without_a_key_and_the_page_shows_the_trust(
         assert [s for s, (a, b) in enumerate(zip(now, before)) if a != b] == [9, 10]
         session.type(' ')
         until(client, session, lambda: policies[-1].action.count(3) == 1, 'new policy')
+        wait_until(lambda: re.search(r'advice in 1 state\b', session.page()), 'number of states')
         session.type('o')
         session.wait_for('saved to')
         assert (tmp_path / 'mine.txt').read_text().splitlines()[-1] == '..........^'

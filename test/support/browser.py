@@ -35,13 +35,13 @@ def running_dashboard(folder, *arguments, remembers='true', **more):
                '-p', f'remembers_advice:={remembers}']
     with nodes(folder, grid_world=world, learner=learner,
                dashboard=['-p', 'port:=0', *arguments], **more) as running:
-        wait_until(log_has(running['dashboard'], 'ready: '), 'page')
+        wait_until(log_has(running['dashboard'], 'ready:'), 'page')
         yield running, url_of(running['dashboard'])
 
 
 def url_of(dashboard):
     """URL that a dashboard has printed."""
-    return re.search(r'ready: (\S+)', dashboard.log.read_text())[1]
+    return re.search(r'ready:\s(\S+)', dashboard.log.read_text())[1]
 
 
 def open_page(chromium, url, **settings):

@@ -2,12 +2,13 @@
 """A progress bar fits the terminal, whatever its width."""
 
 import io
+from pathlib import Path
 
 import pytest
 from rich.console import Console
 
 from comply_ros.terminal import console as console_module
-from comply_ros.terminal.console import iteration_status, progress_bar
+from comply_ros.terminal.console import iteration_status, progress_bar, show_paths
 
 STATUS = iteration_status(-13.82, 0.75, 12345.6)
 
@@ -81,3 +82,19 @@ def test_a_table_is_not_wider_than_the_terminal_and_nothing_is_cut(monkeypatch, 
     lines = capsys.readouterr().out.splitlines()
     assert max(map(len, lines)) <= columns
     assert ''.join(lines).count('a') >= 70 and '…' not in ''.join(lines)
+
+
+@pytest.mark.parametrize('width, lines', [
+    (60, ['  runs/a_long_name_of_a_run/learning_curve.png']),
+    (40, ['  runs/a_long_name_of_a_run/', '    learning_curve.png'])])
+def test_the_name_of_a_file_is_not_broken_by_a_narrow_terminal(monkeypatch, width, lines):
+    narrow = Console(file=io.StringIO(), width=width, force_terminal=True, color_system=None)
+    monkeypatch.setattr(console_module, 'console', narrow)
+    show_paths([Path('runs/a_long_name_of_a_run/learning_curve.png')])
+    assert narrow.file.getvalue().splitlines() == lines
+
+
+def test_a_path_that_is_not_for_a_terminal_is_one_line(capsys):
+    path = Path('/'.join(['a_long_name_of_a_folder'] * 20))
+    show_paths([path])
+    assert capsys.readouterr().out == f'  {path}\n'

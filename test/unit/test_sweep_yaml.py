@@ -51,7 +51,7 @@ def test_the_example_is_valid():
 
 
 WRONG = [
-    ('explicit]', 'sarse]', 'line 3: a method must be one of sarsa, q_learning, '),
+    ('explicit]', 'sarse]', "line 3: did you mean 'sarsa'? a method must be one of sarsa, "),
     ('explicit]', '7]', 'line 3: methods must be words, got 7'),
     ('explicit]', 'beta_implicit]',
      "line 3: methods must differ from each other, got 'beta_implicit' twice"),

@@ -76,7 +76,8 @@ def test_the_folder_is_named_after_the_training(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize('argv, message', [
     (('--map', 'nowhere'), "map 'nowhere': a map must be one of"),
-    (('--method', 'sarse'), 'a method must be one of sarsa, '),
+    (('--method', 'sarse'), "did you mean 'sarsa'? a method must be one of sarsa, "),
+    (('--set', 'confidenc=3'), "did you mean 'confidence'? a method has no field 'confidenc'; "),
     (('--profile', 'x'), 'a profile must be one of report, published'),
     (('--mentor', 'good'), 'a mentor must be one of optimal, '),
     (('--mentor', 'file:/nowhere'), 'a policy file must be readable'),
