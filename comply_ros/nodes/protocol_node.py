@@ -51,6 +51,7 @@ class ProtocolNode(SafeParameterNode):
         self._pending: Outputs | None = None  # until the state is on disk
         self._inactive: str | None = None
         self._wait_status: tuple[str | None, float, bool] = None, 0.0, False
+        self._waited_at: int | None = None  # the step count at which a wait was logged
         self._handlers: dict[type, Callable[[Any], None]] = {
             Rejected: self._log_rejected, Ignored: self._log_ignored, Notice: self._log_notice,
             Inactive: self._become_inactive}
@@ -171,14 +172,16 @@ class ProtocolNode(SafeParameterNode):
     def _status(self) -> tuple[bytes, str]:
         """Level and text of the status; what the node waits for is logged once."""
         what, since, logged = self._wait_status
-        now = self.waiting_for()
+        now, step_count = self.waiting_for(), self.machine.step_count
+        if self._waited_at not in (None, step_count):
+            self.get_logger().info('goes on')
+            what, self._waited_at = None, None
         if now != what:
-            if logged and now is None:
-                self.get_logger().info('goes on')
             since, logged = time.monotonic(), False
         waits_long = bool(now) and time.monotonic() - since >= PATIENCE - 0.5
         if waits_long and not logged and not self._inactive:
             self.get_logger().warning(f'waits for {now}')
+            self._waited_at = step_count
         self._wait_status = now, since, logged or waits_long
         if self._inactive or self.checkpointing.error:
             return ERROR, self._inactive or self.checkpointing.error or ''

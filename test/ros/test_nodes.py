@@ -22,6 +22,7 @@ from short_training import (
     SMALL,
     spin_until,
 )
+from std_srvs.srv import SetBool
 from waiting import wait_until
 
 from comply_ros.learner.learner_config import CONFIG_FIELDS
@@ -161,6 +162,19 @@ def test_an_argument_that_is_not_for_ros_is_rejected():
 def test_a_node_that_waits_logs_for_what(tmp_path, name, what):
     with nodes(tmp_path, **{name: ()}) as started:
         assert wait_until(log_has(started[name], what), what)
+
+
+def test_a_world_that_waited_for_a_learner_logs_once_that_it_goes_on(tmp_path, node):
+    with nodes(tmp_path, grid_world=()) as started:
+        wait_until(log_has(started['grid_world'], 'waits for an action'), 'waiting')
+        for pauses in (True, False):
+            assert call(node, SetBool, '/grid_world/pause', data=pauses).success
+            begin = time.monotonic()  # in this time, the node looks once at what it waits for
+            wait_until(lambda: time.monotonic() - begin > 1.2, 'a tick')
+        assert not log_has(started['grid_world'], 'goes on')()
+        with nodes(tmp_path / 'learner', learner=('-p', 'method:=q_learning')):
+            wait_until(log_has(started['grid_world'], 'goes on'), 'going on')
+        assert started['grid_world'].log.read_text().count('goes on') == 1
 
 
 def test_a_world_says_its_step_limit_where_its_map_has_none(tmp_path):
