@@ -21,7 +21,13 @@ def demo_parser() -> argparse.ArgumentParser:
 
 def main(argv: list[str]) -> int:
     """Run the demo; return the exit code."""
-    if TEACH not in argv[1:]:
+    own = [each for each in argv if not means_teach(each)]
+    if own == argv:
         return main_of(demo_parser(), argv)
     from comply_ros.dashboard import teaching_demo  # loads the page's server
-    return teaching_demo.main([each for each in argv if each != TEACH])
+    return teaching_demo.main(own)
+
+
+def means_teach(argument: str) -> bool:
+    """Whether argparse takes an argument as `--teach`: a shorter beginning means it too."""
+    return len(argument) > 2 and TEACH.startswith(argument)

@@ -39,7 +39,8 @@ def test_a_namespace_that_no_node_can_have_is_one_line(tmp_path):
 @pytest.mark.parametrize('argv, output', [
     (('--help',), ('usage: demo [-h]', '--teach', '(default: 100)', '(default: runs/demo)')),
     (('--teach', '--help'), ('usage: demo --teach', '--port')),
-    (('--help', '--teach'), ('usage: demo --teach', '--port'))])
+    (('--help', '--teach'), ('usage: demo --teach', '--port')),
+    (('--te', '--help'), ('usage: demo --teach', '--port'))])
 def test_the_demo_calls_itself_so_and_has_its_own_defaults(argv, output):
     done = subprocess.run([sys.executable, '-c', START.format('demo'), *argv], check=False,
                           capture_output=True, text=True)
