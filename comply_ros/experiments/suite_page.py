@@ -35,8 +35,8 @@ half of a 95 % interval. A mentor that is drawn is another one for each seed.
 **Held out** are worlds on which nothing of the method was chosen: every second map of the package
 in alphabetical order but {later} ({maps}), and `garnet:10` to `garnet:19`. Their numbers
 were seen on earlier versions of this page. {later} were held out at first; two
-rules failed there, and were chosen anew. `maze_as_run` differs from `maze` only in where slips
-lead.
+parts of the method failed there, and were chosen anew. `maze_as_run` differs from `maze` only in
+where slips lead.
 """
 RULES = """
 ## The rules

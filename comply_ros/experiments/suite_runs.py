@@ -14,7 +14,7 @@ MENTORS = ('optimal', 'noisy:0.3', 'snapshot:0.75', 'random', 'adversarial')
 DRAWN = ('noisy:0.3', 'snapshot:0.75', 'random')  # of them, those that depend on a seed
 BASELINES = ('q_learning', 'watkins', 'sarsa_lambda')  # without a mentor
 GARNETS, FIRST_HELD_OUT_GARNET = 20, 10
-LOOKED_AT = ('cliff_walking', 'windy')  # held out at first; two rules were made on them later
+LOOKED_AT = ('cliff_walking', 'windy')  # held out at first; used to choose two parts later
 
 BINS = 20  # intervals of position and velocity of the car
 MOUNTAIN_CAR = f'gym:MountainCar-v0?bins={BINS}'
