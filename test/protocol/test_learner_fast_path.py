@@ -4,11 +4,14 @@
 from dataclasses import replace
 import random
 
+from array_kernels import on_arrays
 import numpy as np
 import pytest
 from tiny_worlds import grid
 
+from comply_ros.learner.learner_config import ConfigError
 from comply_ros.learner.presets import find_method
+from comply_ros.learner.step_kernels import PLAIN
 from comply_ros.protocol.learner import Learner
 from comply_ros.protocol.messages import Action, ANYONE, Recommendation, StateReward
 from comply_ros.protocol.world import WorldMachine
@@ -155,7 +158,12 @@ class Twins:
         self.both('allow_gap')
 
     def _change(self):
-        self.deliver(self.both('change', self.random.choice(CHANGES)))
+        changes = self.random.choice(CHANGES)
+        try:
+            self.fast.check_changes(changes)
+        except ConfigError:  # with a model, trust cannot be scheduled
+            return
+        self.deliver(self.both('change', changes))
 
     def _reset(self):
         self.deliver(self.both('reset'))
@@ -222,3 +230,19 @@ def test_an_action_is_published_early_before_its_reward_is_learned():
     before = learner.state.digest()
     assert learner.observe(StateReward(RUN, 1, 1, 1, -0.1, False, False)) == ()
     assert digests == [before] and learner.state.digest() != before
+
+
+@pytest.mark.parametrize('seeds', [range(6), pytest.param(range(6, 40), marks=pytest.mark.long)])
+def test_actions_are_published_early_with_machine_code_too_and_its_start_changes_no_bit(seeds):
+    early_actions = 0
+    for seed in seeds:
+        twins = Twins('model_based', seed % 2 == 0, seed, publishes_early=True)
+        chance = random.Random(seed)
+        for _ in range(80):
+            agent = twins.fast.agent
+            if chance.random() < 0.2:
+                agent.use_kernels(chance.choice((PLAIN, on_arrays(agent))))
+            before, code = twins.early_actions, agent.runs_machine_code
+            twins.act()
+            early_actions += (twins.early_actions - before) * code
+    assert early_actions > 20

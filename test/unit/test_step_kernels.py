@@ -3,22 +3,15 @@
 
 from dataclasses import replace
 
+from array_kernels import on_arrays
 import numpy as np
 import pytest
 from tiny_worlds import corridor
 
 from comply_ros.learner.agent import Agent
 from comply_ros.learner.learner_config import LearnerConfig
-from comply_ros.learner.learning_step import choose_action
 from comply_ros.learner.presets import find_method
-from comply_ros.learner.step_kernels import (
-    compiled_kernels,
-    PLAIN,
-    step_types,
-    StepKernels,
-)
-from comply_ros.learner.update_rules import learn
-from comply_ros.learner.usual_outcome import finish_episode
+from comply_ros.learner.step_kernels import compiled_kernels, PLAIN, step_types
 from comply_ros.world.grid import NO_ACTION, RIGHT
 
 CONFIG = replace(find_method('model_based', 'published'), episodes=2, iterations=0)
@@ -31,14 +24,6 @@ def make_agent(config=CONFIG, mentors=('',)):
     agent = Agent(config, seed=0, mentors=mentors)
     agent.start(corridor())
     return agent
-
-
-def on_arrays(agent):
-    """Return kernels that take arrays, as compiled ones do, and need no compiler."""
-    def choose(*arguments):
-        a, p, m = choose_action(*arguments)
-        return int(a), float(p), int(m)
-    return StepKernels(choose, learn, finish_episode, agent.step_types)
 
 
 def played(change_at, make=on_arrays):
