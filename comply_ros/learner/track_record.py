@@ -37,12 +37,12 @@ def advice_slack(s: int, m: int, advice: int, config: KernelConfig, state: Learn
 
     The error of a value that was estimated from n samples of outcomes as random as those of this
     world falls with the root of n; and values that differ by less than `SAME` are equally good.
-    Nothing for a mentor without credit; less and less in a loop.
+    Nothing for a mentor without credit.
     """
     spread = outcome_spread(state.pooled)
     trust = credit(s, m, advice, config, state)
     slack = (config.advice_slack * spread / math.sqrt(state.visits[s, advice]) + SAME) * trust
-    return slack * state.pooled[SCALE] / max(1.0, state.traces[s, 0] - most_returns(state.pooled))
+    return slack * state.pooled[SCALE]
 
 
 @kernel
