@@ -174,7 +174,7 @@ class ProtocolNode(SafeParameterNode):
         what, since, logged = self._wait_status
         now, step_count = self.waiting_for(), self.machine.step_count
         if self._waited_at not in (None, step_count):
-            self.get_logger().info('goes on')
+            self.get_logger().info('continues')
             what, self._waited_at = None, None
         if now != what:
             since, logged = time.monotonic(), False

@@ -171,10 +171,10 @@ def test_a_world_that_waited_for_a_learner_logs_once_that_it_goes_on(tmp_path, n
             assert call(node, SetBool, '/grid_world/pause', data=pauses).success
             begin = time.monotonic()  # in this time, the node looks once at what it waits for
             wait_until(lambda: time.monotonic() - begin > 1.2, 'a tick')
-        assert not log_has(started['grid_world'], 'goes on')()
+        assert not log_has(started['grid_world'], 'continues')()
         with nodes(tmp_path / 'learner', learner=('-p', 'method:=q_learning')):
-            wait_until(log_has(started['grid_world'], 'goes on'), 'going on')
-        assert started['grid_world'].log.read_text().count('goes on') == 1
+            wait_until(log_has(started['grid_world'], 'continues'), 'continuing')
+        assert started['grid_world'].log.read_text().count('continues') == 1
 
 
 def test_a_world_says_its_step_limit_where_its_map_has_none(tmp_path):
@@ -201,7 +201,7 @@ def test_learning_goes_on_in_a_world_that_is_killed_and_comes_back(tmp_path):
             wait_until(log_has(started['learner'], 'starts to learn'), 'learning')
             os.kill(world['grid_world'].pid, signal.SIGKILL)
         with nodes(tmp_path / 'second', grid_world=SMALL):
-            wait_until(log_has(started['learner'], 'continues in world'), 'going on')
+            wait_until(log_has(started['learner'], 'continues in world'), 'continuing')
             assert digest_of(started['learner'])
 
 
