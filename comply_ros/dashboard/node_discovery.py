@@ -107,7 +107,7 @@ class LessonNodes:
 
     def _update_mentors(self) -> None:
         """Look for the mentors; while none has a name, who else publishes is told otherwise."""
-        named = topics.mentors_found(self._node)[:topics.MOST_MENTORS]
+        named = [name for name in topics.mentors_found(self._node) if name][:topics.MOST_MENTORS]
         unnamed = self._node.count_publishers(topics.RECOMMENDATION.name)
         self.mentor_names = (*named, '') if unnamed or not named else (*named,)
         found = [topics.topic_of_mentor(topics.RECOMMENDATION, name) for name in named]

@@ -5,7 +5,7 @@ import pytest
 
 from comply_ros.dashboard.curve_panel import bounds, chart_options
 from comply_ros.plots.running_mean import running_mean
-from comply_ros.protocol import run_view
+from comply_ros.protocol import run_reports
 from comply_ros.protocol.messages import Progress
 from comply_ros.protocol.run_reports import LearningCurve
 
@@ -29,7 +29,7 @@ def test_an_iteration_that_is_reported_again_replaces_those_from_it_on():
 
 
 def test_a_long_curve_loses_every_second_point_but_not_its_newest(monkeypatch):
-    monkeypatch.setattr(run_view, 'MAX_POINTS', 10)
+    monkeypatch.setattr(run_reports, 'MAX_POINTS', 10)
     curve = curve_of(*range(1, 101))
     assert len(curve.iterations) <= 10 and curve.iterations[-1] == 100
     assert curve.returns == tuple(map(float, curve.iterations))

@@ -127,7 +127,7 @@ def call(node, kind, name, **request):
      'learner: parameter temperature must lie in [1e-09, 1000000], got -1.0'),
     ('learner', 'episodes:=1.5', 'learner: parameter episodes must be an integer such as 1, '
      'got 1.5'),
-    ('learner', 'method:=sarse', 'learner: parameter method must be one of '
+    ('learner', 'method:=sarse', "learner: did you mean 'sarsa'? parameter method must be one of "
      f"{', '.join(METHODS['published'])}, got 'sarse'"),
     ('learner', 'trust:=blind', 'learner: parameter trust must be one of none, scheduled, beta, '
      "explicit, shaping, jump_start, head_start, track_record, returns, got 'blind'"),

@@ -59,6 +59,9 @@ def test_keys_steer_the_robot_and_q_leaves_the_terminal_as_it_was(tmp_path, clie
             assert (msg.action, msg.followed) == (action, True)
             until(client, session, lambda last=observation: received['state'][-1] != last,
                   'next state')
+        observation = received['state'][-1]
+        session.wait_for(f'step {observation.step} of episode {observation.episode}; '
+                         'it waits for you')
         session.type(' ')
         session.wait_for('your advice: none')
         session.type('q')
