@@ -166,8 +166,12 @@ class MentorNode(ProtocolNode):
             self._poll = steady_timer(self, POLL, self._use_policy)
 
     def _use_policy(self) -> None:
-        """Use the policy as soon as it is made."""
-        if not self._made.done():
+        """
+        Use the policy as soon as it is made, once: a second time would renew the budget.
+
+        The executor may still call this for the timer after that was destroyed, if it was late.
+        """
+        if self._poll is None or not self._made.done():
             return
         self.destroy_timer(self._poll)
         self._poll, self.mistake = None, self._made.exception()
