@@ -65,7 +65,9 @@ def test_a_mentor_that_sends_no_status_is_heard_while_it_publishes(dashboard):
     with ros_client() as client:
         mentor = rclpy.create_node('pointer', context=client.context)
         mentor.create_publisher(RECOMMENDATION.message, RECOMMENDATION.name, RECOMMENDATION.qos)
-        updated(dashboard, lambda state: state.other_mentors == 1, 'mentor without a status')
+        state = updated(dashboard, lambda state: state.other_mentors == 1,
+                        'mentor without a status')
+        assert state.mentor_names == ('',) and state.is_name_shared
         mentor.destroy_node()
         updated(dashboard, lambda state: state.other_mentors == 0, 'end of the mentor')
 
