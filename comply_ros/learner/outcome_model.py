@@ -94,9 +94,9 @@ def _add_predecessor(s: int, before: int, predecessors: Array) -> None:
 @kernel
 def mark_step(s: int, s2: int, traces: Array, trail: Array, config: KernelConfig) -> None:
     """
-    Change traces and trail: traces[s, 0] counts the steps from s to s2 in this episode.
+    Change traces and trail: traces[s, 0] counts how often s was left in this episode.
 
-    A step that led back to s itself counts twice.
+    A step to s2 = s, which leads nowhere, counts twice.
     """
     if traces[s, 0] == 0.0:
         trail[0] += 1
