@@ -38,7 +38,7 @@ def pytest_collection_modifyitems(items):
     share no code with the others, which the first process compiles; what it has compiled is in
     the cache when the second one needs it.
     """
-    names = ('model_based', 'test_outcome_model', 'track_record', 'prioritized_sweeping',
+    names = ('model_based', 'test_outcome_model', 'mentor_records', 'prioritized_sweeping',
              'r_max', 'mbie_eb', 'psrl', 'test_planned_values', 'test_learner_config',
              'cannot_begin_one_with_a_model')
     of_model = [item for item in items if any(name in item.nodeid for name in names)]

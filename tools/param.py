@@ -12,7 +12,7 @@ from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 
 from comply_ros.numerics.number_text import read_integer, read_number
-from comply_ros.storage.user_files import load_yaml
+from comply_ros.storage.text_and_yaml_files import load_yaml
 from comply_ros.terminal.standard_output import standard_output
 from tools.ros_graph import (
     call,

@@ -9,7 +9,7 @@ from typing import Any
 from rclpy.node import Node
 from rosidl_parser.definition import AbstractSequence, Array, NamespacedType
 
-from comply_ros.storage.user_files import load_yaml, YamlError
+from comply_ros.storage.text_and_yaml_files import load_yaml, YamlError
 from comply_ros.terminal.standard_output import standard_output
 from tools.ros_graph import (
     call,

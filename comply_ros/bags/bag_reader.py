@@ -13,7 +13,7 @@ from comply_ros.bags.bag_message import BagError, BagMessage, TruncatedFile
 from comply_ros.bags.mcap_file import read_mcap
 from comply_ros.bags.sqlite_file import read_sqlite
 from comply_ros.storage.file_system import path_errors, PathError
-from comply_ros.storage.user_files import shown
+from comply_ros.storage.text_and_yaml_files import shown
 
 READERS = {'.mcap': read_mcap, '.db3': read_sqlite}
 METADATA = 'metadata.yaml'

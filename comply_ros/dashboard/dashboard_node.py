@@ -24,7 +24,7 @@ from comply_ros.dashboard.node_discovery import (
     WORLD,
 )
 from comply_ros.dashboard.picture_receiver import PictureReceiver
-from comply_ros.dashboard.reference_returns import ReferenceReturnsCache
+from comply_ros.dashboard.reference_returns_cache import ReferenceReturnsCache
 from comply_ros.dashboard.remote_parameters import RemoteParameter, RemoteParameters
 from comply_ros.dashboard.service_client import ServiceCallError, ServiceClient
 from comply_ros.learner.learner_config import CONFIG_FIELDS

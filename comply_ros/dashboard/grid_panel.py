@@ -12,7 +12,7 @@ import numpy as np
 from comply_ros.dashboard import grid_svg, state_svg
 from comply_ros.dashboard.dashboard_node import PageState, RunSnapshot
 from comply_ros.dashboard.header_bar import succeeds
-from comply_ros.dashboard.mentor_choice import MentorChoice
+from comply_ros.dashboard.mentor_legend import MentorChoice
 from comply_ros.dashboard.mentor_thread import MentorThread
 from comply_ros.dashboard.page_scripts import POINTER, POINTER_EVENTS
 from comply_ros.dashboard.paint_tool import PaintTool

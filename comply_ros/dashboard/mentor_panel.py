@@ -14,8 +14,7 @@ from comply_ros.dashboard.header_bar import show_error, succeeds
 from comply_ros.dashboard.mentor_thread import MentorThread
 from comply_ros.dashboard.page_scripts import STEERING, STEERING_KEYS
 from comply_ros.dashboard.paint_tool import FOLLOW, PaintTool
-from comply_ros.mentor.advice_budget import MentorError
-from comply_ros.mentor.mentor_policies import FROM_FILES, KINDS, LEARNER
+from comply_ros.mentor.mentor_spec import FROM_FILES, KINDS, LEARNER, MentorError
 from comply_ros.mentor.policy_text import format_policy, parse_policy
 from comply_ros.numerics.rng import SEED_LIMIT
 from comply_ros.world.grid import DOWN, LEFT, NO_ACTION, RIGHT, UP

@@ -17,12 +17,12 @@ from comply_ros.dashboard.access_token import page_token, print_token
 from comply_ros.dashboard.dashboard_node import DashboardNode
 from comply_ros.dashboard.mentor_ownership import MentorSeat
 from comply_ros.dashboard.request_limits import MAX_MESSAGE, RequestLimits
-from comply_ros.mentor.mentor_policies import MentorError
+from comply_ros.mentor.mentor_spec import MentorError
 from comply_ros.mentor.policy_text import PolicyError
 from comply_ros.nodes.node_processes import NodeProcess
 from comply_ros.nodes.parameters import ParameterError
 from comply_ros.nodes.spin import run_node
-from comply_ros.storage.state_store import StateError
+from comply_ros.storage.checkpoint_store import StateError
 from comply_ros.terminal.interrupts import StopFlag
 from comply_ros.world.planning import PlanningError
 

@@ -11,7 +11,7 @@ from comply_ros.dashboard import server
 from comply_ros.learner.learner_config import ConfigError
 from comply_ros.learner.presets import find_method, METHODS
 from comply_ros.nodes.lesson import lock_topics
-from comply_ros.nodes.lesson_processes import check_namespace, namespace_arguments
+from comply_ros.nodes.lesson_processes import namespace_arguments, ros_namespace
 from comply_ros.nodes.node_processes import NodeProcess, parameter_arguments, run_nodes
 from comply_ros.nodes.run_monitor import LessonFailed
 from comply_ros.storage.map_files import read_map
@@ -34,7 +34,7 @@ def option_parser() -> argparse.ArgumentParser:
     add('--port', type=whole_number, default=8080, help='port of the page (default: %(default)s)')
     add('--out', default='runs/demo', metavar='DIR',
         help='folder for the output of the nodes (default: %(default)s)')
-    add('--namespace', default='', metavar='NAME',
+    add('--namespace', type=ros_namespace, default='', metavar='NAME',
         help='of the nodes, for a second lesson at the same time')
     return parser
 
@@ -48,7 +48,6 @@ def main(argv: list[str]) -> int:
 
 def run(options: argparse.Namespace) -> int:
     """Run world and learner as processes, and the page in this one; return its exit code."""
-    check_namespace(options.namespace)
     read_map(options.map, 'published')
     find_method(options.method, 'published')
     print('Open the address below in a browser and paint arrows; Ctrl-C ends the demo.',

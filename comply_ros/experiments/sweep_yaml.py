@@ -34,7 +34,13 @@ from comply_ros.mentor.advice_budget import validate_advice_budget, validate_adv
 from comply_ros.numerics.rng import SEED_LIMIT
 from comply_ros.storage.file_system import PathError
 from comply_ros.storage.mentor_cache import read_mentor_spec, validate_files
-from comply_ros.storage.user_files import LinedYaml, load_yaml, read_text, shown, YamlError
+from comply_ros.storage.text_and_yaml_files import (
+    LinedYaml,
+    load_yaml,
+    read_text,
+    shown,
+    YamlError,
+)
 from comply_ros.terminal.training_options import MISTAKES
 
 FIELDS = {  # key of the file: field of `Run`; the last one varies fastest

@@ -9,11 +9,11 @@ from threading import Lock
 from typing import NamedTuple
 
 from comply_ros.experiments.training_runs import reference_returns_of, Run
-from comply_ros.mentor.mentor_policies import FROM_FILES, parse_mentor_spec
+from comply_ros.mentor.mentor_spec import FROM_FILES, parse_mentor_spec
 from comply_ros.mentor.several_mentors import joined, split_mentors
 from comply_ros.storage.file_system import atomic_write
 from comply_ros.storage.map_name import is_path, NAV2, parse_map_name
-from comply_ros.storage.user_files import dump_yaml, load_yaml
+from comply_ros.storage.text_and_yaml_files import dump_yaml, load_yaml
 
 NAV2_FILES = 'nav2', 'image'  # keys: a map file can name one of Nav2, and that names its image
 

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from comply_ros.learner.exploration import DRAWS
+from comply_ros.learner.action_choice import DRAWS
 from comply_ros.learner.learner_config import KernelConfig, LearnerConfig
 from comply_ros.learner.learner_state import (
     Advice,
@@ -22,7 +22,7 @@ from comply_ros.learner.learner_state import (
     ONE_MENTOR,
 )
 from comply_ros.learner.learning_result import begin_from, Learned, learned_by
-from comply_ros.learner.mentor_choice import record_return
+from comply_ros.learner.mentor_of_episode import record_return
 from comply_ros.learner.reconfigure import changed_state
 from comply_ros.learner.step_kernels import PLAIN, step_types, StepKernels
 from comply_ros.learner.update_rules import decay_schedules

@@ -21,10 +21,10 @@ from comply_ros.learner.learner_config import (
     TRACK_RECORD,
 )
 from comply_ros.learner.learner_state import Advice, DISCARD, IN_POOL, LearnerState, LISTEN
-from comply_ros.learner.mentor_choice import best_followed
+from comply_ros.learner.mentor_of_episode import best_followed
+from comply_ros.learner.mentor_records import hear_advice
 from comply_ros.learner.model_exploration import following_probability
 from comply_ros.learner.policy_shaping import policy_shaping_confidence
-from comply_ros.learner.track_record import hear_advice
 from comply_ros.numerics.action_values import count_untried, max_q_except
 from comply_ros.numerics.jit import kernel
 

@@ -9,13 +9,8 @@ from numpy.typing import NDArray
 
 from comply_ros.learner.presets import find_method
 from comply_ros.learner.training import Training
-from comply_ros.mentor.advice_budget import MentorError
-from comply_ros.mentor.mentor_policies import (
-    adversarial_policy,
-    FROM_FILES,
-    MentorSpec,
-    noisy_policy,
-)
+from comply_ros.mentor.mentor_policies import adversarial_policy, noisy_policy
+from comply_ros.mentor.mentor_spec import FROM_FILES, MentorError, MentorSpec
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import greedy, optimal_policy, ReferenceReturns

@@ -3,8 +3,8 @@
 
 from comply_ros.learner.learner_config import KernelConfig
 from comply_ros.learner.learner_state import Advice, LearnerState
+from comply_ros.learner.mentor_records import advice_holds
 from comply_ros.learner.prior_values import doubt_of, record_of, share_of_advice
-from comply_ros.learner.track_record import advice_holds
 from comply_ros.numerics.action_values import (
     count_actions,
     count_untried,

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Model of all outcomes of each action, with a slip prior of all states, and its backups."""
 
-from comply_ros.learner.action_doubt import update_potential
+from comply_ros.learner.improvement_chance import update_potential
 from comply_ros.learner.learner_config import KernelConfig
 from comply_ros.learner.learner_state import (
     ALTERNATIVES,

@@ -8,15 +8,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from comply_ros.learner.choose_and_learn import choose_action
 from comply_ros.learner.learner_config import KernelConfig, LearnerConfig
 from comply_ros.learner.learner_state import Advice, initial_state, LearnerState
-from comply_ros.learner.learning_step import choose_action
 from comply_ros.learner.update_rules import learn
-from comply_ros.learner.usual_outcome import finish_episode
+from comply_ros.learner.usual_outcome_model import finish_episode
 from comply_ros.numerics.jit import cached, specialized
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
-from comply_ros.world.unmodelled_world import Spaces
+from comply_ros.world.state_action_spaces import Spaces
 
 NO_POLICY = np.full(1, NO_ACTION, dtype=np.int8)  # a learner that learns does not act by one
 Kernel = Callable[..., Any]

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from comply_ros.learner.agent import Agent, count_confidences, IterationResult, no_advice
+from comply_ros.learner.choose_and_learn import choose_and_learn
 from comply_ros.learner.learner_config import KernelConfig, LearnerConfig, NO_TRUST
 from comply_ros.learner.learner_state import Array, LearnerState, ONE_MENTOR
 from comply_ros.learner.learning_result import Learned
-from comply_ros.learner.learning_step import choose_and_learn
-from comply_ros.learner.mentor_choice import record_return
-from comply_ros.learner.usual_outcome import finish_episode
+from comply_ros.learner.mentor_of_episode import record_return
+from comply_ros.learner.usual_outcome_model import finish_episode
 from comply_ros.mentor.advice_budget import AdviceBudget, advise, record_action
 from comply_ros.numerics.jit import kernel, specialized
 from comply_ros.numerics.rng import random_streams, UniformRows

@@ -3,15 +3,15 @@
 
 import math
 
+from comply_ros.learner.action_choice import expected_value
 from comply_ros.learner.belief_update import update_belief
 from comply_ros.learner.eligibility_traces import mark_trace, propagate_along_traces
-from comply_ros.learner.exploration import expected_value
 from comply_ros.learner.learner_config import BETA, EXPLICIT, KernelConfig
 from comply_ros.learner.learner_state import Advice, LearnerState
 from comply_ros.learner.outcome_model import learn_outcome
 from comply_ros.learner.policy_shaping import record_consistency
 from comply_ros.learner.prioritized_sweeping import learn_and_sweep
-from comply_ros.learner.usual_outcome import backup, mark_visited, record_outcome
+from comply_ros.learner.usual_outcome_model import backup, mark_visited, record_outcome
 from comply_ros.numerics.action_values import count_actions, max_q_except, NOTHING
 from comply_ros.numerics.jit import kernel
 

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from comply_ros.mentor.mentor_spec import MentorError
 from comply_ros.numerics.jit import kernel
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
@@ -18,10 +19,6 @@ Array = Any  # of a kernel: an array in a compiled loop, a memoryview in a node
 ADVISING_MODES = ('early', 'important', 'mistakes')
 UNLIMITED = 0
 NOT_WATCHED = -2  # last_actions[s] where it does not matter what the learner did
-
-
-class MentorError(ValueError):
-    """A mentor that cannot be; the message names the rule and the value."""
 
 
 def validate_advice_budget(budget: int, when: str) -> None:

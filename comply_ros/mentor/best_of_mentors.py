@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from comply_ros.mentor.mentor_policies import MentorSpec
+from comply_ros.mentor.mentor_spec import MentorSpec
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import policy_probabilities, policy_values

@@ -6,8 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 import re
 
-from comply_ros.mentor.advice_budget import MentorError
-from comply_ros.mentor.mentor_policies import FROM_FILES, KINDS
+from comply_ros.mentor.mentor_spec import FROM_FILES, KINDS, MentorError
 
 BETWEEN = ' + '  # two mentors, as they are written
 MOST_MENTORS = 16  # of one learner

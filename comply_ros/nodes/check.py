@@ -15,13 +15,13 @@ from typing import Any
 import rclpy
 
 from comply_ros.nodes.check_channel import NoNodeError, RECEIVED, RosChannel
+from comply_ros.nodes.check_live_nodes import common_verdicts
+from comply_ros.nodes.check_live_nodes import RULES as COMMON_RULES
 from comply_ros.nodes.check_report import FailureBag, verdict_lines, write_bag, write_junit
-from comply_ros.nodes.live_rules import common_verdicts
-from comply_ros.nodes.live_rules import RULES as COMMON_RULES
 from comply_ros.nodes.ros_start import RosStartError, start_rclpy
 from comply_ros.nodes.started_node import SEED, StartedNode
 from comply_ros.protocol import check_learner, check_mentor, check_world
-from comply_ros.protocol.plan_shortening import Plan, shortest_failure
+from comply_ros.protocol.check_plan_shortening import Plan, shortest_failure
 from comply_ros.protocol.rule_report import (
     breaks_a_must,
     FAIL,

@@ -6,8 +6,8 @@ from typing import Any
 
 from rclpy.node import Node
 
+from comply_ros.storage.checkpoint_store import CheckpointStore
 from comply_ros.storage.file_system import reason_of
-from comply_ros.storage.state_store import StateStore
 
 
 class Checkpointing:
@@ -19,7 +19,7 @@ class Checkpointing:
 
     def __init__(self, node: Node, folder: str) -> None:
         self._node, self._folder = node, folder
-        self.store: StateStore | None = None
+        self.store: CheckpointStore | None = None
         self.error: str | None = None  # why it cannot write what it has to, in one sentence
 
     def load(self, identity: Mapping[str, Any], kinds: Sequence[type],
@@ -27,7 +27,7 @@ class Checkpointing:
         """
         Return what was stored, None where nothing was; from now on `save` stores more.
 
-        added: as in `StateStore`.
+        added: as in `CheckpointStore`.
 
         Raises StateError if the node cannot go on from it.
         """
@@ -35,7 +35,7 @@ class Checkpointing:
         if not self._folder:
             return None
         name = self._node.get_fully_qualified_name().strip('/').replace('/', '.')
-        self.store = StateStore(self._folder, name, identity, kinds, added or {})
+        self.store = CheckpointStore(self._folder, name, identity, kinds, added or {})
         return self.store.load()
 
     def save(self, machine: Any) -> bool:

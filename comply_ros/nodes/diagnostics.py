@@ -10,7 +10,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
 
 if TYPE_CHECKING:
-    from comply_ros.storage.state_store import StateStore
+    from comply_ros.storage.checkpoint_store import CheckpointStore
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 TOPIC = '/diagnostics'  # of the whole system, whatever the namespace, as ROS tools expect
@@ -36,7 +36,7 @@ class Diagnostics:
         self._publisher = node.create_publisher(DiagnosticArray, TOPIC, 10)
         self._steps, self._time = 0, time.monotonic()
 
-    def publish(self, level: bytes, message: str, steps: int, store: 'StateStore | None',
+    def publish(self, level: bytes, message: str, steps: int, store: 'CheckpointStore | None',
                 run: int | None = None) -> None:
         """
         Publish a status.

@@ -23,25 +23,22 @@ from comply_ros.nodes.topics import (
     STEP,
     WORLD,
 )
+from comply_ros.protocol.message_validation import rejected_description
 from comply_ros.protocol.messages import (
     Action,
     Outputs,
     ReceivedAction,
     step_id,
-    StepId,
     WorldDescription,
 )
-from comply_ros.protocol.validation import rejected_description
+from comply_ros.protocol.repeated_observation import FIRST_PAUSE, RepeatedObservation
 from comply_ros.protocol.world import WorldMachine
 from comply_ros.protocol.world_moves import Moves
+from comply_ros.storage.checkpoint_store import StateError
 from comply_ros.storage.map_files import read_map
 from comply_ros.storage.map_name import map_title
-from comply_ros.storage.state_store import StateError
 from comply_ros.world.grid import default_step_limit, MapError
 from comply_ros.world.mdp import Source
-
-# Seconds before an unanswered observation is repeated, at first and at most.
-FIRST_PAUSE, LONGEST_PAUSE = 0.02, 5.0
 
 
 class MadeWorld(NamedTuple):
@@ -93,9 +90,7 @@ class GridWorldNode(ProtocolNode):
         self.serve(Trigger, STEP, self.step)
         self.serve(Trigger, RESET, self.reset)
         self._pace_timer: PaceTimer | None = None
-        self._open: StepId | None = None  # the observation that may have to be repeated
-        self._learner_messages, self._since = 0, 0.0
-        self._pause, self._next = FIRST_PAUSE, 0.0
+        self._unanswered = RepeatedObservation()
         steady_timer(self, FIRST_PAUSE, self._repeat)
         rate = self.declare(RATE)
         check_rate(rate)
@@ -165,20 +160,12 @@ class GridWorldNode(ProtocolNode):
 
     def _repeat(self) -> None:
         """Repeat an unanswered observation, with growing pauses."""
-        now, machine = time.monotonic(), self.machine
-        if step_id(machine.observation) != self._open or machine.pause_gate.held or self.blocked:
-            self._since, self._pause, self._next = now, FIRST_PAUSE, now + FIRST_PAUSE
-        elif machine.learner_messages != self._learner_messages:
-            self._since, self._pause = now, FIRST_PAUSE
-            self._next = min(self._next, now + FIRST_PAUSE)  # late actions do not put it off
-        self._open = step_id(machine.observation)
-        self._learner_messages = machine.learner_messages
-        if now >= self._next:
+        now, machine, unanswered = time.monotonic(), self.machine, self._unanswered
+        is_held = machine.pause_gate.held or self.blocked
+        if unanswered.is_due(now, step_id(machine.observation), machine.learner_messages, is_held):
             learner = machine.observation.learner
-            self.publish(machine.repeat(now - self._since))
-            released = learner != machine.observation.learner
-            self._pause = FIRST_PAUSE if released else min(2.0 * self._pause, LONGEST_PAUSE)
-            self._next = now + self._pause
+            self.publish(machine.repeat(unanswered.silence(now)))
+            unanswered.repeated(now, learner != machine.observation.learner)
 
 
 def new_run() -> int:

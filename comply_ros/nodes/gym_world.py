@@ -19,11 +19,11 @@ from comply_ros.nodes.picture_publisher import PicturePublisher
 from comply_ros.nodes.spin import run_node
 from comply_ros.nodes.topics import IMAGE, MessageError
 from comply_ros.protocol.messages import Action, Outputs
+from comply_ros.storage.checkpoint_store import StateError
 from comply_ros.storage.gymnasium_moves import EnvironmentFault
 from comply_ros.storage.gymnasium_table import one_line
 from comply_ros.storage.gymnasium_world import EnvironmentName, EnvironmentWorld, read_limits
-from comply_ros.storage.state_store import StateError
-from comply_ros.storage.user_files import load_yaml, YamlError
+from comply_ros.storage.text_and_yaml_files import load_yaml, YamlError
 from comply_ros.world.grid import MapError
 
 

@@ -11,17 +11,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from comply_ros.mentor.mentor_policies import MentorError, spoiled_policy
+from comply_ros.mentor.mentor_policies import spoiled_policy
+from comply_ros.mentor.mentor_spec import MentorError
 from comply_ros.mentor.policy_validation import PolicyError
-from comply_ros.nodes.background import in_background
+from comply_ros.nodes.background_thread import in_background
 from comply_ros.nodes.clocks import PaceClock, steady_timer
 from comply_ros.nodes.mentor import advertise_mentor, declare_name, policy_message
 from comply_ros.nodes.parameters import PATIENCE, STATE_DIR
 from comply_ros.nodes.protocol_node import ProtocolNode
 from comply_ros.nodes.topics import STATE, WORLD
 from comply_ros.protocol.human_mentor import HumanMentor
+from comply_ros.protocol.message_validation import rejected_description
 from comply_ros.protocol.messages import Outputs, StateReward, WorldDescription
-from comply_ros.protocol.validation import rejected_description
 from comply_ros.storage.mentor_cache import mentor_policy, read_mentor_spec
 from comply_ros.storage.painting_store import PaintingStore
 from comply_ros.storage.policy_files import read_policy, write_policy

@@ -58,6 +58,7 @@ from comply_ros.nodes.topics import (
 )
 from comply_ros.protocol.advice_timeouts import AdviceTimeouts, validate_timeouts
 from comply_ros.protocol.learner import Learner
+from comply_ros.protocol.message_validation import rejected_description
 from comply_ros.protocol.messages import (
     Action,
     Ignored,
@@ -74,10 +75,9 @@ from comply_ros.protocol.messages import (
     Values,
     WorldDescription,
 )
-from comply_ros.protocol.validation import rejected_description
+from comply_ros.storage.checkpoint_store import StateError
 from comply_ros.storage.file_system import path_errors, PathError, printable
 from comply_ros.storage.learning_file import read_learning, save_learning
-from comply_ros.storage.state_store import StateError
 from comply_ros.storage.versions import LATER_FIELDS
 from comply_ros.world.planning import state_values
 

@@ -24,7 +24,7 @@ from comply_ros.nodes.external_node import (
     PARTS,
     with_external,
 )
-from comply_ros.nodes.lesson_processes import check_namespace, running
+from comply_ros.nodes.lesson_processes import ros_namespace, running
 from comply_ros.nodes.lesson_watch import LessonWatch, TAKEN
 from comply_ros.nodes.node_processes import NodeDied, NodeProcess
 from comply_ros.nodes.parameters import FASTEST, SLOWEST
@@ -76,9 +76,9 @@ def lesson_parser(program: str = 'lesson',
                   **own: str) -> argparse.ArgumentParser:
     """Return a parser of the options of a lesson; arguments as `training_parser`."""
     parser = training_parser(program, description, **own)
-    parser.add_argument('--namespace', default='', metavar='NAME',
+    parser.add_argument('--namespace', type=ros_namespace, default='', metavar='NAME',
                         help='of the three nodes, for a second lesson at the same time')
-    parser.add_argument('--rate', type=real_number, default=0.0, metavar='HZ',
+    parser.add_argument('--rate', type=_rate, default=0.0, metavar='HZ',
                         help='steps per second, to watch; 0: as fast as possible (default)')
     parser.add_argument('--external', choices=tuple(PARTS), default='', metavar='PART',
                         help='world, mentor or learner: do not start it, but find the one that '
@@ -86,6 +86,14 @@ def lesson_parser(program: str = 'lesson',
     parser.add_argument('--respawn', action='store_true',
                         help='start a node again that was killed: nothing is lost')
     return parser
+
+
+def _rate(text: str) -> float:
+    rate = real_number(text)
+    if rate and not SLOWEST <= rate <= FASTEST:
+        raise argparse.ArgumentTypeError(
+            f'it must be 0 or lie in [{SLOWEST}, {FASTEST}], got {text}')
+    return rate
 
 
 def main(argv: list[str]) -> int:
@@ -101,10 +109,6 @@ def main_of(parser: argparse.ArgumentParser, argv: list[str]) -> int:
 
 def run(options: TrainingOptions, program: str) -> int:
     """Run the lesson of a program, write the results, return the exit code."""
-    if options.args.rate and not SLOWEST <= options.args.rate <= FASTEST:
-        raise ConfigError(f'rate must be 0 or lie in [{SLOWEST}, {FASTEST}], '
-                          f'got {options.args.rate:g}')
-    check_namespace(options.args.namespace)
     try:
         results = run_lesson(options)
     except (NodeDied, LessonFailed) as failure:
@@ -159,7 +163,7 @@ def _monitor(options: TrainingOptions, stop: StopFlag) -> tuple[RunMonitor, Trai
 
 
 def _start_and_watch(options, monitor, discovered, stop, disturbance):
-    from comply_ros.nodes.background import in_background  # these load while the nodes load
+    from comply_ros.nodes.background_thread import in_background  # these load while the nodes load
     from comply_ros.terminal.console import iteration_status, progress_bar
     plan = in_background(reference_returns, World(options.source))
     executor = SingleThreadedExecutor()

@@ -6,14 +6,14 @@ import json
 from pathlib import Path
 from typing import Any
 
-from comply_ros.mentor.mentor_policies import FROM_FILES
+from comply_ros.mentor.mentor_spec import FROM_FILES
 from comply_ros.mentor.several_mentors import split_mentors
 from comply_ros.nodes.node_processes import yaml_for_rcl
 from comply_ros.storage.file_system import absolute_path
 from comply_ros.storage.gymnasium_world import read_environment_name
 from comply_ros.storage.map_name import absolute_name, parse_map_name
 from comply_ros.terminal.training_options import TrainingOptions
-from comply_ros.world.unmodelled_world import Spaces
+from comply_ros.world.state_action_spaces import Spaces
 
 NODES = ('grid_world', 'mentor', 'learner')
 STATE = 'state'  # folder in that of the results, for the checkpoints of `--respawn`

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The processes of a lesson: which nodes, and in which namespace."""
 
+from argparse import ArgumentTypeError
 from contextlib import AbstractContextManager
 import shutil
 
@@ -8,7 +9,6 @@ from rclpy.exceptions import NameValidationException
 from rclpy.validate_full_topic_name import validate_full_topic_name
 from rclpy.validate_namespace import validate_namespace
 
-from comply_ros.learner.learner_config import ConfigError
 from comply_ros.mentor.several_mentors import split_mentors
 from comply_ros.nodes.lesson_parameters import (
     mentor_node,
@@ -23,16 +23,17 @@ from comply_ros.terminal.training_options import TrainingOptions
 LONGEST_NAME = 'grid_world/set_parameters_atomically'  # of a topic or service in a lesson
 
 
-def check_namespace(name: str) -> None:
-    """Return if the nodes of a lesson can have this namespace; raises ConfigError."""
+def ros_namespace(name: str) -> str:
+    """Value of the option `--namespace`, for `type=`; raises the error that argparse prints."""
     full = f'/{name.strip("/")}'
     try:
         validate_namespace(full)
         validate_full_topic_name(f'{full.rstrip("/")}/{LONGEST_NAME}')
     except NameValidationException as error:
         reason = str(error).partition('\n')[0].rstrip(':')
-        raise ConfigError(f'--namespace must be a name that ROS nodes can have, got {name!r}: '
-                          f'{reason}') from None
+        raise ArgumentTypeError(f'it must be a name that ROS nodes can have, got {name!r}: '
+                                f'{reason}') from None
+    return name
 
 
 def namespace_arguments(name: str) -> list[str]:

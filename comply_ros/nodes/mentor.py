@@ -11,7 +11,7 @@ from typing import Any
 from comply_msgs.srv import Recommend
 
 from comply_ros.mentor.advice_budget import UNLIMITED
-from comply_ros.mentor.mentor_policies import (
+from comply_ros.mentor.mentor_spec import (
     LEARNER,
     MentorError,
     MentorSpec,
@@ -20,7 +20,7 @@ from comply_ros.mentor.mentor_policies import (
 )
 from comply_ros.mentor.policy_validation import PolicyError
 from comply_ros.mentor.several_mentors import MentorNameError, validate_mentor_names
-from comply_ros.nodes.background import in_background
+from comply_ros.nodes.background_thread import in_background
 from comply_ros.nodes.clocks import steady_timer
 from comply_ros.nodes.parameters import (
     ADVISING,
@@ -44,8 +44,9 @@ from comply_ros.nodes.topics import (
     topic_of_mentor,
     WORLD,
 )
-from comply_ros.protocol.learner_mentor import LearnerMentor
+from comply_ros.protocol.learner_as_mentor import LearnerMentor
 from comply_ros.protocol.mentor import Mentor
+from comply_ros.protocol.message_validation import rejected_description
 from comply_ros.protocol.messages import (
     Outputs,
     Policy,
@@ -53,9 +54,8 @@ from comply_ros.protocol.messages import (
     StateReward,
     WorldDescription,
 )
-from comply_ros.protocol.validation import rejected_description
+from comply_ros.storage.checkpoint_store import StateError
 from comply_ros.storage.mentor_cache import is_slow, mentor_policy, read_mentor_spec
-from comply_ros.storage.state_store import StateError
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import PlanningError

@@ -13,7 +13,7 @@ from comply_ros.learner.agent import Agent
 from comply_ros.learner.learner_config import KernelConfig
 from comply_ros.learner.learner_state import LearnerState
 from comply_ros.learner.step_kernels import cached_kernels, compile_step, PLAIN, StepKernels
-from comply_ros.nodes.background import in_background
+from comply_ros.nodes.background_thread import in_background
 from comply_ros.numerics.action_values import count_actions
 from comply_ros.numerics.jit import can_cache, COMPILER_LIBRARY
 

@@ -10,15 +10,15 @@ from typing import Any
 import numpy as np
 from rclpy.logging import LoggingSeverity
 
-from comply_ros.mentor.mentor_policies import MentorError
+from comply_ros.mentor.mentor_spec import MentorError
 from comply_ros.nodes.clocks import steady_timer
 from comply_ros.nodes.human_mentor import HumanMentorNode
 from comply_ros.nodes.parameters import MENTOR, MENTOR_SEED, ParameterError, POLICY_FILE
 from comply_ros.nodes.spin import run_node
 from comply_ros.nodes.topics import TRUST
 from comply_ros.protocol.messages import Notice, Rejected, Trust
+from comply_ros.storage.checkpoint_store import StateError
 from comply_ros.storage.mentor_cache import read_mentor_spec
-from comply_ros.storage.state_store import StateError
 from comply_ros.terminal.ansi_map import map_lines
 from comply_ros.terminal.raw_terminal import Terminal, TerminalError, wrapped, wrapped_items
 from comply_ros.world.grid import NO_ACTION, STEPS

@@ -26,10 +26,10 @@ from comply_ros.nodes.parameters import (
 from comply_ros.nodes.protocol_node import PATIENCE
 from comply_ros.nodes.spin import run_node
 from comply_ros.plots.viewer_geometry import heading, places_of, StatePlaces
+from comply_ros.protocol.message_validation import rejected_description
 from comply_ros.protocol.messages import Notice, Outputs, REPORTS, StateReward
 from comply_ros.protocol.run_view import RunView
 from comply_ros.protocol.state_maps import MentorReports
-from comply_ros.protocol.validation import rejected_description
 from comply_ros.world.mdp import World
 
 # A slow viewer never makes the world send again: what is lost is not shown.

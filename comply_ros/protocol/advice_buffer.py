@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from comply_ros.protocol.message_validation import validate_recommendation
 from comply_ros.protocol.messages import (
     Ignored,
     Outputs,
@@ -14,7 +15,6 @@ from comply_ros.protocol.messages import (
     step_id,
     StepId,
 )
-from comply_ros.protocol.validation import validate_recommendation
 from comply_ros.world.mdp import World
 
 REMEMBERED = 1000  # past observations, at least, for which late advice still counts

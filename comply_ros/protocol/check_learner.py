@@ -5,15 +5,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from comply_ros.protocol.check_following import FollowingCheck
-from comply_ros.protocol.check_following import RULES as FOLLOWING
+from comply_ros.protocol.check_followed_world import FollowingCheck
+from comply_ros.protocol.check_followed_world import RULES as FOLLOWING
+from comply_ros.protocol.check_learner_faults import LearnerReplays
+from comply_ros.protocol.check_learner_faults import RULES as REPLAYS
+from comply_ros.protocol.check_plan_shortening import Plan
 from comply_ros.protocol.emulated_world import EmulatedWorld, other_number
 from comply_ros.protocol.learner_answers import LearnerAnswers
 from comply_ros.protocol.learner_answers import RULES as ANSWERS
-from comply_ros.protocol.learner_replays import LearnerReplays
-from comply_ros.protocol.learner_replays import RULES as REPLAYS
 from comply_ros.protocol.messages import Action, Recommendation, StateReward
-from comply_ros.protocol.plan_shortening import Plan
 from comply_ros.protocol.rule_report import Channel, PATIENCE, QUIET, RuleReport, Verdict
 from comply_ros.world.mdp import Source
 

@@ -7,11 +7,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from comply_ros.protocol.check_following import FollowingCheck
-from comply_ros.protocol.check_following import RULES as FOLLOWING
+from comply_ros.protocol.check_followed_world import FollowingCheck
+from comply_ros.protocol.check_followed_world import RULES as FOLLOWING
+from comply_ros.protocol.check_plan_shortening import Plan
 from comply_ros.protocol.emulated_world import EmulatedWorld
 from comply_ros.protocol.messages import Action, Recommendation, StateReward
-from comply_ros.protocol.plan_shortening import Plan
 from comply_ros.protocol.rule_report import Channel, PATIENCE, QUIET, RuleReport, Verdict
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import Source

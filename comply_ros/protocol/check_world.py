@@ -7,6 +7,11 @@ from collections.abc import Callable
 from typing import Any
 
 from comply_ros.numerics.rng import random_streams
+from comply_ros.protocol.check_plan_shortening import Plan
+from comply_ros.protocol.check_world_disturbances import RULES as DISTURBANCES
+from comply_ros.protocol.check_world_disturbances import WorldDisturbances
+from comply_ros.protocol.check_world_seeds import RULES as HISTORIES
+from comply_ros.protocol.check_world_seeds import WorldHistories
 from comply_ros.protocol.emulated_learner import EmulatedLearner
 from comply_ros.protocol.emulated_world import other_number
 from comply_ros.protocol.messages import (
@@ -18,7 +23,6 @@ from comply_ros.protocol.messages import (
 )
 from comply_ros.protocol.observation_checks import ObservationChecks
 from comply_ros.protocol.observation_checks import RULES as OBSERVATIONS
-from comply_ros.protocol.plan_shortening import Plan
 from comply_ros.protocol.rule_report import (
     Channel,
     PATIENCE,
@@ -28,10 +32,6 @@ from comply_ros.protocol.rule_report import (
     Verdict,
 )
 from comply_ros.protocol.world_description import is_same_world, world_from_description
-from comply_ros.protocol.world_disturbances import RULES as DISTURBANCES
-from comply_ros.protocol.world_disturbances import WorldDisturbances
-from comply_ros.protocol.world_histories import RULES as HISTORIES
-from comply_ros.protocol.world_histories import WorldHistories
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
 

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 
 from comply_ros.mentor.policy_validation import validate_advice
 from comply_ros.protocol.changing_mentor import ChangingMentor
+from comply_ros.protocol.message_validation import validate_observation
 from comply_ros.protocol.messages import Outputs, StateReward, step_id
-from comply_ros.protocol.validation import validate_observation
 from comply_ros.world.grid import NO_ACTION
 
 

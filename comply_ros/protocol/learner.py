@@ -16,8 +16,8 @@ from comply_ros.learner.learner_state import LearnerState, ONE_MENTOR
 from comply_ros.learner.learning_result import Learned
 from comply_ros.learner.reconfigure import changed_config, words_of_changes
 from comply_ros.mentor.several_mentors import validate_mentor_names
-from comply_ros.protocol.last_answer import LastAnswer
 from comply_ros.protocol.mentor_advice import MentorAdvice
+from comply_ros.protocol.message_validation import validate_observation
 from comply_ros.protocol.messages import (
     Action,
     AnsweredObservation,
@@ -36,8 +36,8 @@ from comply_ros.protocol.messages import (
     step_id,
     WorldDescription,
 )
+from comply_ros.protocol.repeated_answer import RepeatedAnswer
 from comply_ros.protocol.run_tracker import BEFORE_FIRST, RunTracker
-from comply_ros.protocol.validation import validate_observation
 from comply_ros.protocol.world_description import (
     description_from_state,
     description_state,
@@ -236,7 +236,7 @@ class Learner:
         if here == tracker.answered or waiting and here == step_id(waiting):
             tracker.repeated(msg, self.number)
             # Where it still waits, a mentor may wait for the last action it advised.
-            answer = self._last_answer
+            answer = self._repeated
             last = answer.advised_action if here != tracker.answered else None
             return (last or answer.action,) if last or answer.action else ()
         if msg.learner not in (ANYONE, self.number):
@@ -365,7 +365,7 @@ class Learner:
         if self._announced:
             return ()
         if terminated or truncated:
-            self._last_answer.add(decision, advice)
+            self._repeated.add(decision, advice)
             return self._finish_episode(run, decision, terminated)
         return (self._act(msg, advice, decision),)
 
@@ -376,12 +376,12 @@ class Learner:
         self.publish_early(self._act(msg, advice, decision))
 
     def _act(self, msg: StateReward, advice: tuple[int, ...], decision: Decision) -> Action:
-        self._last_answer.add(decision, advice)
-        return self._last_answer.act(*msg[:3], decision, self.number, self.agent.draws.used - 1)
+        self._repeated.add(decision, advice)
+        return self._repeated.act(*msg[:3], decision, self.number, self.agent.draws.used - 1)
 
     def _finish_episode(self, run: int, decision: Decision, terminated: bool) -> Outputs:
         """Return the action that lets the next episode start, and the report of an iteration."""
-        action, answer = self._end_of_episode(run), self._last_answer
+        action, answer = self._end_of_episode(run), self._repeated
         if not terminated:  # a mentor advises in a truncated state, not at a goal
             answer.advised_action = action
         result, agent = decision.iteration, self.agent
@@ -400,13 +400,13 @@ class Learner:
         return reports
 
     def _end_of_episode(self, run: int) -> Action:
-        return self._last_answer.end_episode(run, self.tracker.answered, self.number,
+        return self._repeated.end_episode(run, self.tracker.answered, self.number,
                                              max(self.step_count - 1, 0))
 
     def _wake(self) -> Outputs:
         """Return the action that lets the next episode start, if this learner had finished."""
         tracker = self.tracker
-        if tracker.answered == BEFORE_FIRST or self._last_answer.action or tracker.run is None:
+        if tracker.answered == BEFORE_FIRST or self._repeated.action or tracker.run is None:
             return ()
         return (self._end_of_episode(tracker.run),)
 
@@ -424,7 +424,7 @@ class Learner:
     def _restart_agent(self) -> Outputs:
         self.agent.reset()
         self.reports.clear()
-        self._last_answer.forget_advice()
+        self._repeated.forget_advice()
         return self._wake()
 
     def check_changes(self, changes: dict[str, Any]) -> LearnerConfig:
@@ -473,7 +473,7 @@ class Learner:
         return {'agent': agent, 'number': self.number, 'changes': self.changes,
                 'mentors': self.mentors,
                 'description': description,
-                'order': self.tracker.state_dict(), **self._last_answer.state_dict(),
+                'order': self.tracker.state_dict(), **self._repeated.state_dict(),
                 'reports': list(self.reports)}, {**arrays, **world, **self._advice.arrays()}
 
     def load_state_dict(self, values: dict[str, Any], arrays: dict[str, NDArray[Any]],
@@ -485,7 +485,7 @@ class Learner:
         self.tracker.follow(description, world_from_description(description))
         self.agent.load_state_dict(values['agent'], arrays)
         self.number = values['number']
-        self._last_answer.load_state_dict(values)
+        self._repeated.load_state_dict(values)
         self.reports.extend(Progress(*each) for each in values['reports'])
         self.tracker.load_state_dict(values['order'])
         self._advice = MentorAdvice(self.mentors, description.run, self.tracker.answered)
@@ -498,7 +498,7 @@ class Learner:
 
     def last_outputs(self) -> Outputs:
         """Return what to publish again after `load_state_dict`: the reports, the last action."""
-        action = self._last_answer.action
+        action = self._repeated.action
         return (*self.reports, action) if action else tuple(self.reports)
 
     def _repeat(self, entry: Any) -> None:
@@ -550,7 +550,7 @@ class Learner:
 
     def _forget_answers(self) -> None:
         self.waiting: StateReward | None = None
-        self._last_answer = LastAnswer()
+        self._repeated = RepeatedAnswer()
         self._other_advice: dict[int, int] = {}
 
     @property

@@ -8,6 +8,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from comply_ros.mentor.advice_budget import AdviceBudget, UNLIMITED
+from comply_ros.protocol.message_validation import validate_confidence, validate_observation
 from comply_ros.protocol.messages import (
     Action,
     ANYONE,
@@ -23,7 +24,6 @@ from comply_ros.protocol.messages import (
     WorldDescription,
 )
 from comply_ros.protocol.run_tracker import BEFORE_FIRST, RunTracker
-from comply_ros.protocol.validation import validate_confidence, validate_observation
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
 

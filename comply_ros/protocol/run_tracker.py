@@ -9,6 +9,11 @@ from math import isfinite
 from typing import Any
 
 from comply_ros.numerics.jit import plain_view
+from comply_ros.protocol.message_validation import (
+    rejected_run,
+    validate_observation,
+    validate_same_world,
+)
 from comply_ros.protocol.messages import (
     ANYONE,
     Ignored,
@@ -20,11 +25,6 @@ from comply_ros.protocol.messages import (
     step_id,
     StepId,
     WorldDescription,
-)
-from comply_ros.protocol.validation import (
-    rejected_run,
-    validate_observation,
-    validate_same_world,
 )
 from comply_ros.protocol.world_description import is_reset_of, with_hash, world_from_description
 from comply_ros.world.mdp import Source, World

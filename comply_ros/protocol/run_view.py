@@ -8,11 +8,11 @@ from collections.abc import Callable
 from typing import Any
 
 from comply_ros.protocol.mentor_topics import topic_and_mentor
+from comply_ros.protocol.message_validation import validate_observation
 from comply_ros.protocol.messages import Outputs, StateReward, step_id, StepId
 from comply_ros.protocol.run_reports import mentor_of, RunReports
 from comply_ros.protocol.run_tracker import RunTracker
 from comply_ros.protocol.state_maps import STATE_MAPS
-from comply_ros.protocol.validation import validate_observation
 from comply_ros.world.mdp import World
 
 MAX_RUNS = 8  # other runs with reports: these can arrive before the description of their world

@@ -7,6 +7,7 @@ from collections import deque
 from typing import Any
 
 from comply_ros.numerics.jit import plain_view
+from comply_ros.protocol.message_validation import rejected_run, validate_confidence
 from comply_ros.protocol.messages import (
     Action,
     ANYONE,
@@ -24,7 +25,6 @@ from comply_ros.protocol.messages import (
     WorldDescription,
 )
 from comply_ros.protocol.pause_gate import PauseGate
-from comply_ros.protocol.validation import rejected_run, validate_confidence
 from comply_ros.protocol.world_description import describe_world, world_from_description
 from comply_ros.protocol.world_moves import ModelMoves, Moves
 from comply_ros.world.grid import NO_ACTION

@@ -19,8 +19,8 @@ from comply_ros.protocol.messages import (
 )
 from comply_ros.world.grid import ACTION_NAMES, Grid
 from comply_ros.world.mdp import Source
+from comply_ros.world.state_action_spaces import Spaces, validate_action_names
 from comply_ros.world.transition_table import MOST_STATES, Table
-from comply_ros.world.unmodelled_world import Spaces, validate_action_names
 
 NONE, GRID, TABLE = range(3)
 MODELS = 'NONE', 'GRID', 'TABLE'

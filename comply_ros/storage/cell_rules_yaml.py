@@ -4,7 +4,7 @@
 from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
-from comply_ros.storage.user_files import shown
+from comply_ros.storage.text_and_yaml_files import shown
 from comply_ros.world.cell_rules import BUILT_IN, CellRules, Letter, START, TO_START
 from comply_ros.world.grid import CELLS, GOAL, MapError
 from comply_ros.world.wind import Wind

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from comply_ros.storage.gymnasium_table import close_environment, one_line, RGB_ARRAY
 from comply_ros.storage.state_numbers import StateNumbers
-from comply_ros.storage.user_files import shown
+from comply_ros.storage.text_and_yaml_files import shown
+from comply_ros.world.state_action_spaces import Spaces
 from comply_ros.world.transition_table import Table
-from comply_ros.world.unmodelled_world import Spaces
 
 
 class EnvironmentFault(RuntimeError):

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from comply_ros.storage.user_files import shown
+from comply_ros.storage.text_and_yaml_files import shown
 from comply_ros.world.grid import default_step_limit, MapError, MOST_STEPS
 from comply_ros.world.transition_table import Table
 

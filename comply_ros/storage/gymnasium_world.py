@@ -16,10 +16,10 @@ from comply_ros.storage.gymnasium_table import (
 )
 from comply_ros.storage.map_name import GYM, parse_map_name
 from comply_ros.storage.state_numbers import BINS, Limits, StateNumbers
-from comply_ros.storage.user_files import shown
+from comply_ros.storage.text_and_yaml_files import shown
 from comply_ros.world.grid import MapError
+from comply_ros.world.state_action_spaces import Spaces
 from comply_ros.world.transition_table import Table
-from comply_ros.world.unmodelled_world import Spaces
 
 
 class EnvironmentName(NamedTuple):

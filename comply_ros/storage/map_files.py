@@ -24,13 +24,13 @@ from comply_ros.storage.gymnasium_world import EnvironmentWorld, read_environmen
 from comply_ros.storage.map_name import GARNET, GYM, map_names, NAV2, parse_map_name
 from comply_ros.storage.nav2_maps import nav2_rows, nav2_state, read_nav2_map, read_points
 from comply_ros.storage.taxi_racetrack_maps import named_world
-from comply_ros.storage.user_files import load_yaml, read_text, shown, YamlError
+from comply_ros.storage.text_and_yaml_files import load_yaml, read_text, shown, YamlError
 from comply_ros.world.cell_rules_table import table_of
 from comply_ros.world.garnet import garnet_table
 from comply_ros.world.grid import default_step_limit, FREE, Grid, MapError, OBSTACLE
 from comply_ros.world.mdp import Source
+from comply_ros.world.state_action_spaces import Spaces
 from comply_ros.world.transition_table import Table
-from comply_ros.world.unmodelled_world import Spaces
 
 REQUIRED_KEYS = ('rewards', 'starts', 'rows')
 OPTIONAL_KEYS = ('intended', 'step_limit', 'profiles', 'slips_bump', 'extends')
@@ -167,6 +167,7 @@ def _world(table: dict[Any, Any], profile: str, folder: Path) -> Grid | Table:
     for key in table:
         if key not in KEYS:
             raise MapError(f'a map has the keys {", ".join(KEYS)}, got {shown(key)}')
+    _check_slips(table)
     if 'nav2' in table:
         return _nav2_table(table, profile, folder)
     if 'goals' in table:
@@ -189,6 +190,17 @@ def _world(table: dict[Any, Any], profile: str, folder: Path) -> Grid | Table:
                 intended=read_chance(table.get('intended', 1.0), 'intended'),
                 step_limit=read_whole(table.get('step_limit', limit), 'step_limit'),
                 slips_bump=slips_bump)
+
+
+def _check_slips(table: dict[Any, Any]) -> None:
+    """Return if the kind of slips has a meaning; values that it cannot have are left to others."""
+    if 'intended' in table:
+        return
+    for key, is_valid in (('slips', table.get('slips') in ('other', 'right_angles')),
+                          ('slips_bump', isinstance(table.get('slips_bump'), bool))):
+        if is_valid:
+            raise MapError(f'a map with {key}: {str(table[key]).lower()} needs the key intended, '
+                           'the chance that a move does not slip')
 
 
 def _cell_table(table: dict[Any, Any], profile: str) -> Table:

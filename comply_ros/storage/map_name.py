@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from urllib.parse import unquote
 
 from comply_ros.storage.file_system import absolute_path
-from comply_ros.storage.user_files import load_yaml, shown, YamlError
+from comply_ros.storage.text_and_yaml_files import load_yaml, shown, YamlError
 from comply_ros.world.grid import MapError
 
 NAV2, GYM, GARNET = SCHEMES = 'nav2', 'gym', 'garnet'

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Policies of mentors; those that take long to generate are cached for the next time."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
 import hashlib
 from pathlib import Path
 from typing import Any
@@ -11,14 +12,14 @@ from numpy.typing import NDArray
 
 from comply_ros.learner.learning_result import LearningError
 from comply_ros.learner.mentor_factory import make_policy
-from comply_ros.mentor.mentor_policies import (
+from comply_ros.mentor.mentor_policies import sparse_policy
+from comply_ros.mentor.mentor_spec import (
     FROM_FILES,
     LEARNER,
     MentorError,
     MentorSpec,
     parse_mentor_spec,
     SEVERAL,
-    sparse_policy,
 )
 from comply_ros.mentor.policy_text import format_policy, parse_policy
 from comply_ros.mentor.policy_validation import PolicyError
@@ -26,7 +27,7 @@ from comply_ros.mentor.several_mentors import split_mentors
 from comply_ros.storage.file_system import atomic_write, PathError
 from comply_ros.storage.kernel_cache import cache_folder
 from comply_ros.storage.learning_file import read_learning
-from comply_ros.storage.user_files import read_text
+from comply_ros.storage.text_and_yaml_files import read_text
 from comply_ros.storage.versions import ALGORITHM_VERSION, FORMAT_VERSION
 from comply_ros.world.mdp import World
 
@@ -91,8 +92,11 @@ def mentor_policy(spec: MentorSpec, world: World, seed: int,
 
     """
     if spec.kind == SEVERAL:
-        return np.concatenate([mentor_policy(each, world, seed + place, on_progress)
-                               for place, each in enumerate(spec.by_name().values())])
+        policies = []
+        for place, (name, each) in enumerate(spec.by_name().items()):
+            with _named(name):
+                policies.append(mentor_policy(each, world, seed + place, on_progress))
+        return np.concatenate(policies)
     if spec.kind in FROM_FILES:
         policy = policy_of_file(spec, world)
     elif spec.kind == 'snapshot':
@@ -145,6 +149,16 @@ def validate_files(spec: MentorSpec, world: World) -> None:
     PolicyError: otherwise.
 
     """
-    for each in spec.by_name().values():
+    for name, each in spec.by_name().items():
         if each.kind in FROM_FILES:
-            policy_of_file(each, world)
+            with _named(name):
+                policy_of_file(each, world)
+
+
+@contextmanager
+def _named(mentor: str) -> Generator[None]:
+    """Say in errors of a policy which of several mentors it is of."""
+    try:
+        yield
+    except PolicyError as error:
+        raise PolicyError(f'mentor {mentor}: {error}') if mentor else error from None

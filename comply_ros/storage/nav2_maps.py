@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from comply_ros.storage.cell_rules_yaml import read_real
 from comply_ros.storage.file_system import path_errors, PathError
-from comply_ros.storage.user_files import load_yaml, read_text, shown, YamlError
+from comply_ros.storage.text_and_yaml_files import load_yaml, read_text, shown, YamlError
 from comply_ros.world.grid import FREE, GOAL, LARGEST_SIDE, MapError, OBSTACLE
 
 KEYS = ('image', 'resolution', 'origin', 'occupied_thresh', 'free_thresh', 'negate')

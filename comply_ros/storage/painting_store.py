@@ -7,8 +7,8 @@ from typing import Any
 from numpy.typing import NDArray
 
 from comply_ros.mentor.policy_validation import PolicyError
+from comply_ros.storage.checkpoint_store import lock_state_dir
 from comply_ros.storage.policy_files import read_policy, write_policy
-from comply_ros.storage.state_store import lock_state_dir
 from comply_ros.world.mdp import World
 
 DIGEST_LENGTH = 12  # hex digits of the map's SHA-256 in the name of a file

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from comply_ros.mentor.policy_text import format_policy, parse_policy
 from comply_ros.mentor.policy_validation import PolicyError
 from comply_ros.storage.file_system import atomic_write, path_errors, PathError
-from comply_ros.storage.user_files import read_text
+from comply_ros.storage.text_and_yaml_files import read_text
 from comply_ros.world.mdp import World
 
 

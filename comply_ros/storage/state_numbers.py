@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from comply_ros.storage.user_files import shown
+from comply_ros.storage.text_and_yaml_files import shown
 from comply_ros.world.grid import MapError
 from comply_ros.world.transition_table import MOST_STATES
 

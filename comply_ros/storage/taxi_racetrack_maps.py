@@ -12,7 +12,7 @@ from comply_ros.storage.cell_rules_yaml import (
     read_walls,
     read_whole,
 )
-from comply_ros.storage.user_files import shown
+from comply_ros.storage.text_and_yaml_files import shown
 from comply_ros.world.grid import check_number, check_rows, check_step_limit, MapError
 from comply_ros.world.racetrack import racetrack_table
 from comply_ros.world.taxi import taxi_table

@@ -17,15 +17,15 @@ from comply_ros.mentor.advice_budget import (
     validate_advice_budget,
     validate_advising,
 )
-from comply_ros.mentor.mentor_policies import MentorSpec
+from comply_ros.mentor.mentor_spec import MentorSpec
 from comply_ros.numerics.rng import SEED_LIMIT
 from comply_ros.storage.learning_file import read_learning
 from comply_ros.storage.map_files import read_world
 from comply_ros.storage.mentor_cache import read_mentor_spec, validate_files
 from comply_ros.world.grid import Grid
 from comply_ros.world.mdp import Source, World
+from comply_ros.world.state_action_spaces import Spaces
 from comply_ros.world.transition_table import Table
-from comply_ros.world.unmodelled_world import Spaces
 
 
 @dataclass(frozen=True)

@@ -4,17 +4,25 @@
 import argparse
 import os
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 from comply_ros.numerics.number_text import NUMBER, read_integer, read_number
 
 
 class CommandParser(argparse.ArgumentParser):
-    """An `ArgumentParser` for which every negative number is a value, also -1e3."""
+    """
+    An `ArgumentParser` whose errors are one line.
+
+    Every negative number is a value for it, also -1e3.
+    """
 
     def __init__(self, *args: Any, **settings: Any) -> None:
         super().__init__(*args, **settings)
         self._negative_number_matcher = NUMBER  # its own one knows no exponents
+
+    def error(self, message: str) -> NoReturn:
+        """End with 2 and one sentence; `--help` shows all options."""
+        self.exit(2, f'{self.prog}: {message} (see --help)\n')
 
 
 def whole_number(text: str) -> int:

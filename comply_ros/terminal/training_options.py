@@ -11,7 +11,7 @@ from comply_ros.learner.learner_config import ConfigError
 from comply_ros.learner.learning_result import LearningError
 from comply_ros.learner.presets import METHODS
 from comply_ros.mentor.advice_budget import UNLIMITED
-from comply_ros.mentor.mentor_policies import FROM_FILES, MentorError
+from comply_ros.mentor.mentor_spec import FROM_FILES, MentorError
 from comply_ros.mentor.policy_validation import PolicyError
 from comply_ros.mentor.several_mentors import joined, split_mentors
 from comply_ros.storage.gymnasium_moves import EnvironmentFault

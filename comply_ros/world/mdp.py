@@ -11,8 +11,8 @@ from numpy.typing import DTypeLike, NDArray
 from comply_ros.numerics.action_values import Actions, actions_for_kernels, count_actions
 from comply_ros.numerics.jit import kernel
 from comply_ros.world.grid import ACTION_NAMES, GOAL, Grid, NO_ACTION, OBSTACLE, STEPS
+from comply_ros.world.state_action_spaces import Spaces
 from comply_ros.world.transition_table import Table
-from comply_ros.world.unmodelled_world import Spaces
 
 Bools = NDArray[np.bool_]
 Source = Grid | Table | Spaces  # what a `World` can be made from

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from comply_ros.world.grid import LARGEST_REWARD, MapError
-from comply_ros.world.unmodelled_world import (
+from comply_ros.world.state_action_spaces import (
     action_bytes,
     EqualByHash,
     int64_bytes,

@@ -107,7 +107,7 @@ class Undecided(Learner):
     """Changes its action when there is another recommendation."""
 
     def on_recommendation(self, msg, m=0):
-        answer = self._last_answer
+        answer = self._repeated
         if answer.action and msg.run == self.tracker.run and step_id(msg) == step_id(
                 answer.action) and msg.action != answer.action.advice >= 0:
             answer.action = answer.action._replace(action=msg.action, followed=False)

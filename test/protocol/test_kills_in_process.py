@@ -33,8 +33,8 @@ from comply_ros.protocol.messages import (
     WorldDescription,
 )
 from comply_ros.protocol.world import WorldMachine
-from comply_ros.storage import state_store
-from comply_ros.storage.state_store import StateStore
+from comply_ros.storage import checkpoint_store
+from comply_ros.storage.checkpoint_store import CheckpointStore
 from comply_ros.world.mdp import World
 
 SEED = 4
@@ -100,7 +100,7 @@ class MortalNetwork(ShuffledNetwork):
 
     def load(self, name):
         """Return the checkpoint and the journal of one of the three."""
-        self.stores[name] = StateStore(self.folder, name, {}, JOURNAL[name])
+        self.stores[name] = CheckpointStore(self.folder, name, {}, JOURNAL[name])
         return self.stores[name].load()
 
     def kill(self, name):
@@ -210,7 +210,7 @@ def folder(tmp_path):
 @pytest.fixture
 def network(folder, monkeypatch):
     """Return a function that makes a `MortalNetwork`, with frequent checkpoints."""
-    monkeypatch.setattr(state_store, 'RECORDS_PER_CHECKPOINT', 60)
+    monkeypatch.setattr(checkpoint_store, 'RECORDS_PER_CHECKPOINT', 60)
     for name in ('fsync', 'fdatasync'):  # a kill takes nothing that was written
         monkeypatch.setattr(os, name, lambda file: None)
     made = []
@@ -292,7 +292,7 @@ def test_a_mentor_with_a_budget_may_be_killed_too(network, mode, remembers_advic
 
 
 def test_a_restarted_learner_knows_the_advice_that_it_has_received(network, monkeypatch):
-    monkeypatch.setattr(state_store, 'RECORDS_PER_CHECKPOINT', 10 ** 6)
+    monkeypatch.setattr(checkpoint_store, 'RECORDS_PER_CHECKPOINT', 10 ** 6)
     policy = noisy_policy(World(ROOM), 0.3, random_streams(8)[0])
     config = replace(find_method('explicit', 'published'), episodes=2, iterations=2)
     mortal = network(0.0, config, ROOM, policy, SEED, random.Random(1)).run()
@@ -306,7 +306,7 @@ def test_a_restarted_learner_knows_the_advice_that_it_has_received(network, monk
 @pytest.mark.parametrize('name', ['sarsa', 'explicit', 'watkins', 'head_start'])
 def test_a_learner_whose_journal_lost_its_end_continues_and_learns_no_wrong_step(
         network, monkeypatch, name, lost):
-    monkeypatch.setattr(state_store, 'RECORDS_PER_CHECKPOINT', 10 ** 6)
+    monkeypatch.setattr(checkpoint_store, 'RECORDS_PER_CHECKPOINT', 10 ** 6)
     policy = noisy_policy(World(ROOM), 0.3, random_streams(8)[0])
     config = replace(find_method(name, 'published'), episodes=2, iterations=4,
                      measuring_iterations=0)

@@ -18,7 +18,7 @@ from comply_ros.mentor.mentor_policies import noisy_policy
 from comply_ros.numerics.rng import random_streams
 from comply_ros.protocol.messages import Progress
 from comply_ros.protocol.world_moves import ModelMoves
-from comply_ros.storage import state_store
+from comply_ros.storage import checkpoint_store
 from comply_ros.storage.map_files import read_map
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import optimal_policy
@@ -121,7 +121,7 @@ def test_each_mentor_has_a_budget_of_its_own(monkeypatch):
 @pytest.mark.parametrize('remembers_advice', [True, False])
 def test_a_learner_with_three_mentors_that_is_killed_at_any_time_learns_the_same(
         tmp_path, monkeypatch, name, rate, remembers_advice):
-    monkeypatch.setattr(state_store, 'RECORDS_PER_CHECKPOINT', 60)
+    monkeypatch.setattr(checkpoint_store, 'RECORDS_PER_CHECKPOINT', 60)
     for call in ('fsync', 'fdatasync'):  # a kill takes nothing that was written
         monkeypatch.setattr(os, call, lambda file: None)
     use_plain_kernels(monkeypatch)

@@ -25,7 +25,7 @@ from comply_ros.storage.map_files import read_map
 from comply_ros.world.grid import MapError
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import optimal_policy
-from comply_ros.world.unmodelled_world import Spaces
+from comply_ros.world.state_action_spaces import Spaces
 
 TABLES = {'machine': machine(), 'lake': frozen_lake(), 'hall': hall(6, 20)}
 

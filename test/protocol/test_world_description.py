@@ -17,7 +17,7 @@ from comply_ros.protocol.world_description import (
     is_same_world,
     world_from_description,
 )
-from comply_ros.world.unmodelled_world import Spaces
+from comply_ros.world.state_action_spaces import Spaces
 
 TABLE = describe_world(machine(), 'machine', 7)
 SPACES = describe_world(Spaces(2, ('go', 'wait'), 10, np.array([[True, True], [True, False]])),

@@ -12,7 +12,7 @@ import rclpy
 import yaml
 
 from comply_ros.learner.learner_config import ConfigError
-from comply_ros.mentor.mentor_policies import MentorError
+from comply_ros.mentor.mentor_spec import MentorError
 from comply_ros.nodes.grid_world import check_rate, GridWorldNode
 from comply_ros.nodes.learner import LearnerNode
 from comply_ros.nodes.mentor import MentorNode

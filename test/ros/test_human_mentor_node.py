@@ -14,7 +14,7 @@ from ros_client import ros_client
 from rosgraph_msgs.msg import Clock
 from waiting import DEADLINE, wait_until
 
-from comply_ros.mentor.mentor_policies import MentorError
+from comply_ros.mentor.mentor_spec import MentorError
 from comply_ros.mentor.policy_text import PolicyError
 from comply_ros.nodes.human_mentor import HumanMentorNode
 from comply_ros.nodes.topics import ACTION, MENTOR_POLICY, STATE

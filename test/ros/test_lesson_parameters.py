@@ -6,7 +6,7 @@ from types import SimpleNamespace
 from comply_ros.nodes.gym_world import read_arguments
 from comply_ros.nodes.lesson_parameters import world_parameters
 from comply_ros.storage.gymnasium_world import read_limits
-from comply_ros.world.unmodelled_world import Spaces
+from comply_ros.world.state_action_spaces import Spaces
 
 
 def test_the_node_reads_what_the_name_of_the_map_says():

@@ -14,7 +14,7 @@ from comply_ros.nodes.topics import decoder, encoder
 from comply_ros.protocol import messages
 from comply_ros.protocol.world_description import describe_world, world_from_description
 from comply_ros.storage.map_files import read_map
-from comply_ros.world.unmodelled_world import Spaces
+from comply_ros.world.state_action_spaces import Spaces
 
 INTERFACES = Path(__file__).parents[2] / 'msg_defs'
 TOPICS = [each for each in vars(topics).values() if isinstance(each, topics.Topic)]

@@ -52,4 +52,4 @@ def test_a_misspelt_option_of_the_demo_is_an_error_of_the_demo():
     done = subprocess.run([sys.executable, '-c', START.format('demo'), '--tech'], check=False,
                           capture_output=True, text=True)
     assert done.returncode == 2
-    assert done.stderr.endswith('demo: error: unrecognized arguments: --tech\n')
+    assert done.stderr.endswith('demo: unrecognized arguments: --tech (see --help)\n')

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Kernels of a step that take arrays, as compiled ones do, and need no compiler."""
 
-from comply_ros.learner.learning_step import choose_action
+from comply_ros.learner.choose_and_learn import choose_action
 from comply_ros.learner.step_kernels import StepKernels
 from comply_ros.learner.update_rules import learn
-from comply_ros.learner.usual_outcome import finish_episode
+from comply_ros.learner.usual_outcome_model import finish_episode
 
 
 def on_arrays(agent):

@@ -10,7 +10,7 @@ from comply_ros.learner.mentor_factory import make_policy
 from comply_ros.learner.presets import find_method, METHODS
 from comply_ros.learner.step_kernels import PLAIN
 from comply_ros.learner.training import Training
-from comply_ros.mentor.mentor_policies import parse_mentor_spec
+from comply_ros.mentor.mentor_spec import parse_mentor_spec
 from comply_ros.storage.map_files import read_map
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import optimal_policy

@@ -15,7 +15,7 @@ from comply_ros.protocol.messages import (
     WorldDescription,
 )
 from comply_ros.protocol.world import WorldMachine
-from comply_ros.storage.state_store import StateStore
+from comply_ros.storage.checkpoint_store import CheckpointStore
 
 MOMENTS = BEFORE_JOURNAL, BEFORE_PUBLISHING, _ = (
     'before the journal is written', 'before its outputs are published', 'after that')
@@ -116,7 +116,7 @@ class MortalLearnerNetwork(MentorsNetwork):
 
     def __init__(self, folder, rate, *arguments):
         self.folder, self.rate, self.kills = folder, rate, 0
-        self.store = StateStore(folder, 'learner', {}, LEARNER_JOURNAL)
+        self.store = CheckpointStore(folder, 'learner', {}, LEARNER_JOURNAL)
         self.store.load()
         super().__init__(*arguments)
 
@@ -148,7 +148,7 @@ class MortalLearnerNetwork(MentorsNetwork):
         """Kill the learner, with all that is on its way; it continues from its state."""
         self.kills += 1
         self.store.close()
-        self.store = StateStore(self.folder, 'learner', {}, LEARNER_JOURNAL)
+        self.store = CheckpointStore(self.folder, 'learner', {}, LEARNER_JOURNAL)
         self.on_the_way = [each for each in self.on_the_way if each[0] != 'learner']
         self.learner, saved = self.new_learner(), self.store.load()
         if saved:

@@ -7,10 +7,10 @@ import numpy as np
 
 from comply_ros.experiments.result_cache import ResultCache
 from comply_ros.experiments.training_runs import learn, Run
-from comply_ros.mentor.mentor_policies import parse_mentor_spec
+from comply_ros.mentor.mentor_spec import parse_mentor_spec
+from comply_ros.storage.checkpoint_store import CheckpointStore
 from comply_ros.storage.map_files import read_map
 from comply_ros.storage.mentor_cache import is_slow, mentor_policy
-from comply_ros.storage.state_store import StateStore
 from comply_ros.world.mdp import World
 
 RUN = Run('bar_grid', settings=(('iterations', 2), ('episodes', 3)), mentor='optimal')
@@ -30,7 +30,7 @@ def world():
 
 def store(folder):
     """Write a state, a mentor and a result cell."""
-    state = StateStore(folder / 'state', 'learner', {'seed': 3}, (Entry,))
+    state = CheckpointStore(folder / 'state', 'learner', {'seed': 3}, (Entry,))
     state.write_checkpoint({'steps': 7}, {'q': np.arange(3)})
     state.append([Entry(8)])
     state.close()
@@ -40,7 +40,7 @@ def store(folder):
 
 def stored(folder):
     """Return what of that can be read: the steps, whether the mentor and whether the cell."""
-    state = StateStore(f'{folder}/state', 'learner', {'seed': 3}, (Entry,))
+    state = CheckpointStore(f'{folder}/state', 'learner', {'seed': 3}, (Entry,))
     facts, arrays, entries = state.load()
     assert arrays['q'].tolist() == [0, 1, 2]
     state.close()

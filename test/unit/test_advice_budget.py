@@ -6,15 +6,11 @@ import pytest
 from tiny_tables import hall, machine
 from tiny_worlds import corridor, grid, room
 
-from comply_ros.mentor.advice_budget import (
-    AdviceBudget,
-    importance,
-    MentorError,
-    validate_advice_budget,
-)
+from comply_ros.mentor.advice_budget import AdviceBudget, importance, validate_advice_budget
+from comply_ros.mentor.mentor_spec import MentorError
 from comply_ros.world.grid import LEFT, RIGHT, UP
 from comply_ros.world.mdp import World
-from comply_ros.world.unmodelled_world import Spaces
+from comply_ros.world.state_action_spaces import Spaces
 
 RIGHTS = [RIGHT] * 9
 

@@ -5,13 +5,13 @@ import numpy as np
 import pytest
 from tiny_worlds import advised, Bench, room
 
+from comply_ros.learner.action_choice import choose
 from comply_ros.learner.confidence import (
     apply_advice_prior,
     confidence_map,
     exploration_probability,
     trusted_advice,
 )
-from comply_ros.learner.exploration import choose
 from comply_ros.learner.update_rules import learn
 from comply_ros.world.grid import DOWN, LEFT, RIGHT, UP
 

@@ -21,7 +21,7 @@ from comply_ros.protocol.world import WorldMachine
 from comply_ros.world.grid import NO_ACTION, RIGHT
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import optimal_policy
-from comply_ros.world.unmodelled_world import Spaces
+from comply_ros.world.state_action_spaces import Spaces
 
 
 def make_agent(**settings):

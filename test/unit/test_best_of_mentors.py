@@ -6,7 +6,7 @@ import pytest
 from tiny_worlds import corridor
 
 from comply_ros.mentor.best_of_mentors import best_of_mentors, mentor_returns
-from comply_ros.mentor.mentor_policies import MentorSpec
+from comply_ros.mentor.mentor_spec import MentorSpec
 from comply_ros.storage.map_files import read_map
 from comply_ros.storage.mentor_cache import mentor_policy, read_mentor_spec
 from comply_ros.world.mdp import World

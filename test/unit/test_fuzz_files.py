@@ -18,12 +18,12 @@ from comply_ros.experiments.sweep_yaml import (
 )
 from comply_ros.experiments.training_runs import validate_run
 from comply_ros.learner.presets import METHODS
-from comply_ros.mentor.mentor_policies import MentorError
+from comply_ros.mentor.mentor_spec import MentorError
 from comply_ros.mentor.policy_text import format_policy, parse_policy
 from comply_ros.mentor.policy_validation import PolicyError
 from comply_ros.storage.map_files import parse_map, read_map
 from comply_ros.storage.mentor_cache import mentor_policy, read_mentor_spec
-from comply_ros.storage.user_files import load_yaml
+from comply_ros.storage.text_and_yaml_files import load_yaml
 from comply_ros.world.grid import CELLS, Grid, MapError
 from comply_ros.world.mdp import World
 from comply_ros.world.transition_table import Table

@@ -12,7 +12,8 @@ from comply_ros.learner.mentor_factory import make_policy
 from comply_ros.learner.presets import METHODS
 from comply_ros.learner.training import Training
 from comply_ros.mentor.advice_budget import AdviceBudget, ADVISING_MODES
-from comply_ros.mentor.mentor_policies import parse_mentor_spec, sparse_policy
+from comply_ros.mentor.mentor_policies import sparse_policy
+from comply_ros.mentor.mentor_spec import parse_mentor_spec
 from comply_ros.storage.map_files import read_map
 from comply_ros.world.mdp import World
 

@@ -15,8 +15,8 @@ from comply_ros.storage.gymnasium_world import environment_source
 from comply_ros.storage.map_files import read_map
 from comply_ros.storage.state_numbers import StateNumbers
 from comply_ros.world.grid import NO_ACTION
+from comply_ros.world.state_action_spaces import Spaces
 from comply_ros.world.transition_table import Table
-from comply_ros.world.unmodelled_world import Spaces
 
 gymnasium = pytest.importorskip('gymnasium')
 spaces = gymnasium.spaces

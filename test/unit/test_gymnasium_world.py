@@ -13,8 +13,8 @@ from comply_ros.storage.gymnasium_world import (
 )
 from comply_ros.storage.map_files import read_map, read_world
 from comply_ros.world.grid import MapError
+from comply_ros.world.state_action_spaces import Spaces
 from comply_ros.world.transition_table import Table
-from comply_ros.world.unmodelled_world import Spaces
 
 gymnasium = pytest.importorskip('gymnasium')
 DISCRETE = gymnasium.spaces.Discrete(3), gymnasium.spaces.Discrete(2)

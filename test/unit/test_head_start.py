@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from tiny_worlds import advised, Bench, room
 
+from comply_ros.learner.action_choice import choose
 from comply_ros.learner.belief_update import pooled_belief
 from comply_ros.learner.confidence import apply_advice_prior, exploration_probability
-from comply_ros.learner.exploration import choose
 from comply_ros.learner.learner_state import LISTEN
 from comply_ros.world.grid import DOWN, LEFT, RIGHT, UP
 

@@ -18,7 +18,7 @@ from comply_ros.learner.learner_config import LearnerConfig
 from comply_ros.learner.learning_result import LearningError
 from comply_ros.learner.presets import METHODS
 from comply_ros.learner.training import Training
-from comply_ros.mentor.mentor_policies import MentorError
+from comply_ros.mentor.mentor_spec import MentorError
 from comply_ros.mentor.policy_validation import PolicyError
 from comply_ros.storage.learning_file import read_learning, save_learning
 from comply_ros.storage.mentor_cache import mentor_policy, read_mentor_spec

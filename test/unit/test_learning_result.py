@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from tiny_worlds import corridor, FOUR, room
 
+from comply_ros.learner.action_choice import policy_action
 from comply_ros.learner.agent import Agent, no_advice
-from comply_ros.learner.exploration import policy_action
 from comply_ros.learner.learner_config import LearnerConfig
 from comply_ros.learner.learner_state import DISCARD, initial_state, LISTEN
 from comply_ros.learner.learning_result import (

@@ -8,7 +8,7 @@ import re
 import numpy as np
 import pytest
 
-from comply_ros.storage import user_files
+from comply_ros.storage import text_and_yaml_files
 from comply_ros.storage.map_files import KEYS, parse_map, read_map
 from comply_ros.storage.map_name import map_names
 from comply_ros.world.grid import Grid, MapError
@@ -169,6 +169,10 @@ def test_a_profile_changes_the_rewards_of_a_table():
     ("rewards: {step: 0}\nrows: ['S.G']", "rewards need the key 'goal'"),
     ("rewards: {goal: 0}\nrows: ['S.G']", "rewards need the key 'step'"),
     ("rows: ['S.G']", "a map needs the key 'rewards'"),
+    ("rows: ['S.G']\nslips: right_angles", 'a map with slips: right_angles needs the key '
+     'intended, the chance that a move does not slip'),
+    ("rows: ['S.G']\nslips_bump: false", 'a map with slips_bump: false needs the key intended, '
+     'the chance that a move does not slip'),
     ('moves: 8\nrewards: {step: 0}', "a map needs the key 'rows'"),
     ("rewards: {step: 0, goal: 1}\nrows: ['S.G']\nstarts: [[0, 0]]",
      'starts must be given either by the key or by cells S, got both'),
@@ -244,6 +248,7 @@ def test_a_map_that_would_be_large_in_memory_is_rejected(rows):
 
 
 def test_a_long_list_is_rejected(monkeypatch):
-    monkeypatch.setattr(user_files, 'MAX_VALUES', 500)  # the parser takes seconds for 50000
+    # The parser takes seconds for 50000.
+    monkeypatch.setattr(text_and_yaml_files, 'MAX_VALUES', 500)
     with pytest.raises(MapError, match='YAML may have at most 500 values, got more in line 6'):
         parse_map(SMALL.replace("['..G', '.#.']", '[' + "'.'," * 500 + ']'), 'report')

@@ -18,7 +18,7 @@ from comply_ros.world.mdp import (
     taken_action,
     World,
 )
-from comply_ros.world.unmodelled_world import Spaces
+from comply_ros.world.state_action_spaces import Spaces
 
 THREE = actions_for_kernels(3)
 

@@ -10,13 +10,18 @@ from tiny_tables import frozen_lake, machine
 from tiny_worlds import corridor
 
 from comply_ros.learner.mentor_factory import make_policy
-from comply_ros.mentor.mentor_policies import MentorError, MentorSpec, parse_mentor_spec
+from comply_ros.mentor.mentor_spec import MentorError, MentorSpec, parse_mentor_spec
 from comply_ros.mentor.policy_validation import PolicyError
 from comply_ros.storage.map_files import read_map
-from comply_ros.storage.mentor_cache import is_slow, mentor_policy, read_mentor_spec
+from comply_ros.storage.mentor_cache import (
+    is_slow,
+    mentor_policy,
+    read_mentor_spec,
+    validate_files,
+)
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import optimal_policy, ReferenceReturns
-from comply_ros.world.unmodelled_world import Spaces
+from comply_ros.world.state_action_spaces import Spaces
 
 FREE_GRID = World(read_map('free_grid', 'report'))
 
@@ -31,41 +36,6 @@ def optimality(text):
     """Return the optimality level of a mentor on `free_grid`."""
     reference = ReferenceReturns(FREE_GRID)
     return reference.optimality(reference.return_of(made(text)))
-
-
-@pytest.mark.parametrize('text, spec', [
-    ('optimal', MentorSpec('optimal')), ('none', MentorSpec('none')),
-    ('noisy:0.2', MentorSpec('noisy', 0.2)), ('snapshot:0.75', MentorSpec('snapshot', 0.75)),
-    ('file:a:b.txt', MentorSpec('file', 'a:b.txt')),
-    ('snapshot:0.75@0.2', MentorSpec('snapshot', 0.75, 0.2)), ('optimal@1', MentorSpec('optimal')),
-    ('learned:a:b.npz@0.5', MentorSpec('learned', 'a:b.npz', 0.5)),
-    ('learner:/robot_2', MentorSpec('learner', '/robot_2')),
-    ('learner:/@0.5', MentorSpec('learner', '/', 0.5)),
-    ('file:a@0.5', MentorSpec('file', 'a', 0.5)), ('file:a@b.txt', MentorSpec('file', 'a@b.txt'))])
-def test_a_mentor_is_written_as_kind_and_value(text, spec):
-    assert parse_mentor_spec(text) == spec
-
-
-@pytest.mark.parametrize('text, message', [
-    ('good', 'a mentor must be one of optimal, random, adversarial, noisy:P, snapshot:Q, '
-     "file:PATH, learned:FILE.npz, learner:/NAMESPACE, none, got 'good'"),
-    ('noisy', "this mentor is written noisy:P, such as noisy:0.3, got 'noisy'"),
-    ('optimal:1', "this mentor is written optimal, got 'optimal:1'"),
-    ('file:', "this mentor is written file:PATH, such as file:mentor.txt, got 'file:'"),
-    ('noisy:1.5', "the P of noisy:P must lie in [0, 1], got '1.5'"),
-    ('noisy:much', "the P of noisy:P must be a number, got 'much'"),
-    ('optimal@2', "the coverage of MENTOR@COVERAGE must lie in [0, 1], got '2'"),
-    ('optimal@', "the coverage of MENTOR@COVERAGE must be a number, got ''"),
-    ('optimal@0.5@0.2', 'a mentor must be one of optimal, random, adversarial, noisy:P, '
-     "snapshot:Q, file:PATH, learned:FILE.npz, learner:/NAMESPACE, none, got 'optimal@0.5'"),
-    ('learner:robot_2', 'the NAMESPACE of learner:/NAMESPACE must be that of another learner, '
-     "such as /robot_2, got 'robot_2'"),
-    ('noisy:0.2@1@1', "the P of noisy:P must be a number, got '0.2@1'"),
-    ('snapshot:nan', "the Q of snapshot:Q must lie in [0, 1], got 'nan'")])
-def test_a_mentor_that_does_not_exist_is_rejected(text, message):
-    with pytest.raises(MentorError) as error:
-        parse_mentor_spec(text)
-    assert str(error.value) == message
 
 
 def test_an_adversarial_mentor_advises_the_worst_action():  # in `..G`: left, away from the goal
@@ -154,8 +124,13 @@ def test_a_policy_file_is_a_mentor(tmp_path):
     path = tmp_path / 'mine.txt'
     path.write_text('>>G\n')
     assert mentor_policy(read_mentor_spec(f'file:{path}'), corridor(), 0).tolist() == [1, 1, -1]
-    with pytest.raises(PolicyError, match='a row for each of the 11 rows of the map, got 1'):
+    with pytest.raises(PolicyError, match='^a policy must have a row for each of the 11 rows '):
         mentor_policy(read_mentor_spec(f'file:{path}'), FREE_GRID, 0)
+    several = read_mentor_spec(f'optimal + mine=file:{path}')
+    with pytest.raises(PolicyError, match='^mentor mine: a policy must have a row for each of '):
+        mentor_policy(several, FREE_GRID, 0)
+    with pytest.raises(PolicyError, match='^mentor mine: a policy must have a row for each of '):
+        validate_files(several, FREE_GRID)
 
 
 def test_a_policy_file_that_cannot_be_read_is_named(tmp_path):

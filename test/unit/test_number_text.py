@@ -6,7 +6,7 @@ import pytest
 from comply_ros.experiments.sweep_yaml import parse_sweep, SweepFileError
 from comply_ros.experiments.train import main as train
 from comply_ros.learner.learner_config import ConfigError, LearnerConfig, with_text
-from comply_ros.mentor.mentor_policies import MentorError, parse_mentor_spec
+from comply_ros.mentor.mentor_spec import MentorError, parse_mentor_spec
 from comply_ros.numerics.number_text import NumberError, read_integer, read_number
 from comply_ros.storage.map_files import parse_map
 from comply_ros.terminal.command_line import CommandParser, real_number, whole_number

@@ -16,7 +16,7 @@ from comply_ros.learner.learner_state import (
 )
 from comply_ros.learner.outcome_model import back_up, propagate, record_transition
 from comply_ros.learner.update_rules import learn
-from comply_ros.learner.usual_outcome import finish_episode
+from comply_ros.learner.usual_outcome_model import finish_episode
 from comply_ros.world.grid import DOWN, LEFT, RIGHT, UP
 from comply_ros.world.mdp import World
 

@@ -18,7 +18,7 @@ import comply_ros
 from comply_ros.experiments import train
 from comply_ros.learner.learner_config import ConfigError
 from comply_ros.learner.learning_result import LearningError
-from comply_ros.mentor.advice_budget import MentorError
+from comply_ros.mentor.mentor_spec import MentorError
 from comply_ros.storage.training_spec import spec_training
 from comply_ros.terminal.training_options import check_options, training_parser
 

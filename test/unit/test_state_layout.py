@@ -9,7 +9,7 @@ from tiny_worlds import grid
 from comply_ros.plots.state_layout import goals_of, layout_of, short_name, sign
 from comply_ros.storage.map_files import read_map
 from comply_ros.world.mdp import World
-from comply_ros.world.unmodelled_world import Spaces
+from comply_ros.world.state_action_spaces import Spaces
 
 
 def placed(*positions):

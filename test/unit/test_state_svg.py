@@ -16,7 +16,7 @@ from comply_ros.protocol.state_maps import MentorReports
 from comply_ros.storage.map_files import read_map
 from comply_ros.world.grid import DOWN, NO_ACTION, RIGHT
 from comply_ros.world.mdp import World
-from comply_ros.world.unmodelled_world import Spaces
+from comply_ros.world.state_action_spaces import Spaces
 
 
 @pytest.fixture(scope='module')

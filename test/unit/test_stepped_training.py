@@ -15,15 +15,15 @@ from comply_ros.experiments.stepped_training import SteppedTraining, training_in
 from comply_ros.learner.mentor_factory import make_policy
 from comply_ros.learner.presets import find_method, METHODS
 from comply_ros.learner.training import Training
-from comply_ros.mentor.advice_budget import AdviceBudget, MentorError
-from comply_ros.mentor.mentor_policies import parse_mentor_spec
+from comply_ros.mentor.advice_budget import AdviceBudget
+from comply_ros.mentor.mentor_spec import MentorError, parse_mentor_spec
 from comply_ros.protocol.world_moves import ModelMoves
 from comply_ros.storage.gymnasium_moves import EnvironmentFault
 from comply_ros.storage.map_files import read_map
 from comply_ros.world.grid import MapError
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import optimal_policy
-from comply_ros.world.unmodelled_world import Spaces
+from comply_ros.world.state_action_spaces import Spaces
 
 CAR = 'gym:MountainCar-v0?bins=8'
 SMALL = ('--map', CAR, '--mentor', 'random', '--iterations', '2', '--episodes', '2')

@@ -20,8 +20,8 @@ from comply_ros.world.planning import (
     ReferenceReturns,
     uniform_probabilities,
 )
+from comply_ros.world.state_action_spaces import Spaces
 from comply_ros.world.transition_table import Table
-from comply_ros.world.unmodelled_world import Spaces
 from examples import examples
 
 RUN, STOP, REPAIR = range(3)

@@ -24,7 +24,7 @@ from comply_ros.storage.map_files import read_map
 from comply_ros.world.grid import MapError
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import optimal_policy, ReferenceReturns
-from comply_ros.world.unmodelled_world import Spaces
+from comply_ros.world.state_action_spaces import Spaces
 from examples import examples
 
 

@@ -10,7 +10,7 @@ import pytest
 from comply_ros.experiments import train, training_runs
 from comply_ros.experiments.training_runs import Run
 from comply_ros.learner.learner_config import ConfigError
-from comply_ros.mentor.advice_budget import MentorError
+from comply_ros.mentor.mentor_spec import MentorError
 from comply_ros.world.grid import MapError
 
 SHORT = Run('bar_grid', 'published', 'explicit', (('iterations', 3), ('episodes', 4)),

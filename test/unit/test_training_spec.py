@@ -4,11 +4,11 @@
 import pytest
 
 from comply_ros.learner.presets import find_method
-from comply_ros.mentor.advice_budget import MentorError
+from comply_ros.mentor.mentor_spec import MentorError
 from comply_ros.mentor.policy_validation import PolicyError
 from comply_ros.storage.map_files import read_map
 from comply_ros.storage.training_spec import in_world, spec_training
-from comply_ros.world.unmodelled_world import Spaces
+from comply_ros.world.state_action_spaces import Spaces
 
 TWO_STATES = Spaces(2, ('left', 'right'), 9)
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from tiny_worlds import advised, Bench, room
 
-from comply_ros.learner.exploration import expected_value
+from comply_ros.learner.action_choice import expected_value
 from comply_ros.learner.update_rules import decay_schedules, learn, learning_rate
 from comply_ros.world.grid import DOWN, LEFT, RIGHT, UP
 

@@ -22,7 +22,7 @@ from comply_ros.plots.viewer_geometry import (
 from comply_ros.storage.map_files import read_map
 from comply_ros.world.grid import ACTION_NAMES
 from comply_ros.world.mdp import World
-from comply_ros.world.unmodelled_world import Spaces
+from comply_ros.world.state_action_spaces import Spaces
 
 WALL = World(grid('.#G', '...'))  # 3 x 2: states 0 1 2 below, 3 4 5 above
 PLACES = places_of(WALL, 1.0)

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from tiny_worlds import advised, Bench, corridor, room
 
+from comply_ros.learner.action_choice import choose
 from comply_ros.learner.agent import Agent
 from comply_ros.learner.confidence import confidence_map, most_trusted_mentor
-from comply_ros.learner.exploration import choose
 from comply_ros.learner.learner_config import LearnerConfig
 from comply_ros.learner.learner_state import EPISODES, MEAN
-from comply_ros.learner.mentor_choice import choose_mentor, record_return
+from comply_ros.learner.mentor_of_episode import choose_mentor, record_return
 from comply_ros.learner.presets import find_method
 from comply_ros.learner.training import Training
 from comply_ros.mentor.advice_budget import AdviceBudget

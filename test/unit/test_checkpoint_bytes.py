@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from comply_ros.storage.checkpoint import CheckpointError, pack_checkpoint, unpack_checkpoint
+from comply_ros.storage.checkpoint_bytes import CheckpointError, pack_checkpoint, unpack_checkpoint
 from examples import examples
 
 fuzz = examples(100)

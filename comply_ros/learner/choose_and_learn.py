@@ -3,11 +3,11 @@
 
 from __future__ import annotations
 
+from comply_ros.learner.action_choice import choose, policy_action
 from comply_ros.learner.confidence import apply_advice_prior
-from comply_ros.learner.exploration import choose, policy_action
 from comply_ros.learner.learner_config import KernelConfig
 from comply_ros.learner.learner_state import Advice, Array, LearnerState
-from comply_ros.learner.mentor_choice import choose_mentor
+from comply_ros.learner.mentor_of_episode import choose_mentor
 from comply_ros.learner.prioritized_sweeping import plan_episode
 from comply_ros.learner.update_rules import learn
 from comply_ros.numerics.jit import kernel

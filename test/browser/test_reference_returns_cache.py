@@ -6,7 +6,7 @@ import pytest
 from tiny_worlds import room
 from waiting import wait_until
 
-from comply_ros.dashboard.reference_returns import ReferenceReturnsCache
+from comply_ros.dashboard.reference_returns_cache import ReferenceReturnsCache
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.planning import optimal_policy, ReferenceReturns
 

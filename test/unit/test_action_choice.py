@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from tiny_worlds import advised, Bench, corridor, FOUR, room
 
-from comply_ros.learner.exploration import (
+from comply_ros.learner.action_choice import (
     choose,
     epsilon_greedy_action,
     policy_action,

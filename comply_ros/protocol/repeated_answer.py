@@ -11,7 +11,7 @@ from comply_ros.protocol.messages import Action, StepId
 from comply_ros.world.grid import NO_ACTION
 
 
-class LastAnswer:
+class RepeatedAnswer:
     """
     The last action of a learner, and the advice that it had for it.
 

@@ -7,7 +7,7 @@ from itertools import permutations
 import pytest
 from tiny_worlds import grid
 
-from comply_ros.protocol.learner_mentor import LearnerMentor
+from comply_ros.protocol.learner_as_mentor import LearnerMentor
 from comply_ros.protocol.messages import Notice, Policy, Recommendation, Rejected, StateReward
 from comply_ros.protocol.world_description import describe_world
 from comply_ros.world.grid import NO_ACTION, RIGHT

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from comply_ros.world.grid import MapError
-from comply_ros.world.unmodelled_world import Spaces
+from comply_ros.world.state_action_spaces import Spaces
 
 
 def test_the_hash_is_that_of_the_bytes_that_are_described():

@@ -7,8 +7,8 @@ from tiny_worlds import grid
 
 from comply_ros.protocol.learner import Learner
 from comply_ros.protocol.mentor import Mentor
+from comply_ros.protocol.message_validation import validate_observation, validate_same_world
 from comply_ros.protocol.messages import Rejected
-from comply_ros.protocol.validation import validate_observation, validate_same_world
 from comply_ros.protocol.world_description import describe_world, world_from_description
 from comply_ros.world import grid as grid_module
 from comply_ros.world import reachability

@@ -8,7 +8,7 @@ from comply_ros.mentor.policy_text import format_policy
 from comply_ros.storage.map_files import read_map
 from comply_ros.storage.mentor_cache import mentor_policy, read_mentor_spec
 from comply_ros.storage.policy_files import read_policy
-from comply_ros.storage.user_files import dump_yaml, load_yaml, YamlError
+from comply_ros.storage.text_and_yaml_files import dump_yaml, load_yaml, YamlError
 from comply_ros.world.mdp import World
 
 MAP = """\

@@ -6,7 +6,7 @@ import math
 import pytest
 from tiny_worlds import Bench, model_bench, room, see
 
-from comply_ros.learner.action_doubt import update_potential
+from comply_ros.learner.improvement_chance import update_potential
 from comply_ros.learner.learner_state import (
     HITS,
     IN_USE,

@@ -6,7 +6,7 @@ import pytest
 from tiny_worlds import advised, Bench, corridor, FOUR, room
 
 from comply_ros.learner.update_rules import learn
-from comply_ros.learner.usual_outcome import (
+from comply_ros.learner.usual_outcome_model import (
     backup,
     finish_episode,
     record_outcome,

@@ -7,7 +7,7 @@ import time
 import numpy as np
 from numpy.typing import NDArray
 
-from comply_ros.nodes.background import in_background
+from comply_ros.nodes.background_thread import in_background
 from comply_ros.world.grid import NO_ACTION
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import ReferenceReturns

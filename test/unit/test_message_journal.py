@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 import pytest
 
-from comply_ros.storage.journal import DamagedError, JournalCodec
+from comply_ros.storage.message_journal import DamagedError, JournalCodec
 from examples import examples
 
 fuzz = examples(100)

@@ -6,7 +6,7 @@ from check_results import ROOM
 from test_check_learner import Forgetful, learner_of
 
 from comply_ros.protocol.check_learner import LearnerCheck, PLAN
-from comply_ros.protocol.plan_shortening import shortest_failure
+from comply_ros.protocol.check_plan_shortening import shortest_failure
 from comply_ros.protocol.rule_report import FAIL, PASS, Verdict
 
 TEN = tuple('abcdefghij')

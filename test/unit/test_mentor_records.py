@@ -6,11 +6,11 @@ import math
 import pytest
 from tiny_worlds import advised, Bench, room
 
-from comply_ros.learner.exploration import choose
+from comply_ros.learner.action_choice import choose
 from comply_ros.learner.learner_state import ALTERNATIVES
+from comply_ros.learner.mentor_records import advice_holds, advice_slack, hear_advice
 from comply_ros.learner.model_exploration import doubtful_probability, new_probability
 from comply_ros.learner.prior_values import credence, doubt_of, outcome_spread
-from comply_ros.learner.track_record import advice_holds, advice_slack, hear_advice
 from comply_ros.world.grid import DOWN, LEFT, RIGHT, UP
 
 

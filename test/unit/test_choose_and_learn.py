@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from tiny_worlds import advised, Bench, room
 
-from comply_ros.learner.learning_step import choose_and_learn
+from comply_ros.learner.choose_and_learn import choose_and_learn
 from comply_ros.world.grid import DOWN, NO_ACTION, RIGHT, UP
 
 POLICY = np.full(9, DOWN, dtype=np.int16)

@@ -16,8 +16,8 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from comply_ros.storage import checkpoint, state_store, versions
-from comply_ros.storage.state_store import StateError, StateStore
+from comply_ros.storage import checkpoint_bytes, checkpoint_store, versions
+from comply_ros.storage.checkpoint_store import CheckpointStore, StateError
 from examples import examples
 
 fuzz = examples(100)
@@ -47,7 +47,7 @@ def open_store(tmp_path):
 
     def make(name='learner', identity=IDENTITY, kinds=(Entry,), folder=tmp_path / 'state',
              added=None):
-        made.append(StateStore(folder, name, identity, kinds, added))
+        made.append(CheckpointStore(folder, name, identity, kinds, added))
         return made[-1]
     yield make
     for store in made:
@@ -131,7 +131,7 @@ def test_a_new_checkpoint_replaces_the_journal(open_store, stored):
 
 
 def test_a_checkpoint_is_due_after_many_records_and_can_be_postponed(open_store, monkeypatch):
-    monkeypatch.setattr(state_store, 'RECORDS_PER_CHECKPOINT', 100)
+    monkeypatch.setattr(checkpoint_store, 'RECORDS_PER_CHECKPOINT', 100)
     store = open_store()
     write_checkpoint(store, 0)
     store.append(ENTRIES * 19)
@@ -157,7 +157,7 @@ def test_a_journal_cut_at_any_byte_is_loaded_up_to_the_last_whole_record(open_st
 @given(data=st.data())
 def test_a_flipped_bit_is_an_error_of_one_line_or_costs_the_last_record(tmp_path_factory, data):
     folder = tmp_path_factory.mktemp('flipped')
-    store = StateStore(folder, 'learner', IDENTITY, (Entry,))
+    store = CheckpointStore(folder, 'learner', IDENTITY, (Entry,))
     write_checkpoint(store, 1)
     store.append(ENTRIES)
     store.close()
@@ -167,7 +167,7 @@ def test_a_flipped_bit_is_an_error_of_one_line_or_costs_the_last_record(tmp_path
     bit = data.draw(st.integers(0, 8 * len(whole) - 1))
     whole[bit // 8] ^= 1 << bit % 8
     path.write_bytes(whole)
-    before, store = contents(folder), StateStore(folder, 'learner', IDENTITY, (Entry,))
+    before, store = contents(folder), CheckpointStore(folder, 'learner', IDENTITY, (Entry,))
     try:
         assert loaded(store) == (1, ENTRIES[:-1])
     except StateError as error:
@@ -225,7 +225,7 @@ def test_a_state_of_another_version_is_rejected_with_the_reason_and_left_untouch
         open_store, stored, monkeypatch, name, version, age, effect):
     before = contents(stored)
     written = getattr(versions, f'{name}_VERSION')
-    monkeypatch.setattr(checkpoint, f'{name}_VERSION', version)
+    monkeypatch.setattr(checkpoint_bytes, f'{name}_VERSION', version)
     assert rejected(open_store) == (
         f'{stored}/learner.checkpoint was written by {age} version of comply_ros ({name.lower()} '
         f'{written}; this one reads {name.lower()} {version}){effect}: give another state_dir, or '
@@ -359,7 +359,7 @@ def copied(folder, tmp_path):
                                    KilledError()], ids=['full', 'killed'])
 def test_a_checkpoint_that_fails_between_two_system_calls_loses_nothing(
         open_store, stored, tmp_path, monkeypatch, error, number):
-    monkeypatch.setattr(state_store, 'SYNC_PERIOD', 1000.0)
+    monkeypatch.setattr(checkpoint_store, 'SYNC_PERIOD', 1000.0)
     store = open_store()
     loaded(store)
     with monkeypatch.context() as patched:
@@ -498,11 +498,11 @@ def test_a_folder_that_nobody_can_look_into_is_not_removed(open_store, stored, m
 
 def test_a_failed_sync_of_a_folder_is_reported_and_the_new_checkpoint_counts(
         open_store, stored, monkeypatch):
-    monkeypatch.setattr(state_store, 'SYNC_PERIOD', 1000.0)
+    monkeypatch.setattr(checkpoint_store, 'SYNC_PERIOD', 1000.0)
     store = open_store()
     loaded(store)
     with monkeypatch.context() as patched:
-        patched.setattr(state_store, 'sync_folder', failing(OSError(errno.EIO, 'lost')))
+        patched.setattr(checkpoint_store, 'sync_folder', failing(OSError(errno.EIO, 'lost')))
         write_checkpoint(store, 6)
     assert store.sync_error.strerror == 'lost'
     store.close()
@@ -518,7 +518,7 @@ def test_closing_twice_is_closing_once(open_store, stored):
 
 
 def test_a_new_checkpoint_closes_no_file_during_its_sync(open_store, monkeypatch):
-    monkeypatch.setattr(state_store, 'SYNC_PERIOD', 0.0)
+    monkeypatch.setattr(checkpoint_store, 'SYNC_PERIOD', 0.0)
     bad, real = [], os.fdatasync
 
     def sync(file):

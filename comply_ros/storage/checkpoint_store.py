@@ -10,7 +10,7 @@ from threading import Event, Lock, Thread
 import time
 from typing import Any
 
-from comply_ros.storage.checkpoint import (
+from comply_ros.storage.checkpoint_bytes import (
     CheckpointError,
     pack_checkpoint,
     unpack_checkpoint,
@@ -28,9 +28,9 @@ from comply_ros.storage.file_system import (
     sync_folder,
     write_synced,
 )
-from comply_ros.storage.journal import DamagedError, JournalCodec
+from comply_ros.storage.message_journal import DamagedError, JournalCodec
 from comply_ros.storage.state_dir_lock import NameLock, NameTakenError
-from comply_ros.storage.user_files import shown
+from comply_ros.storage.text_and_yaml_files import shown
 from comply_ros.storage.versions import FORMAT_VERSION
 
 RECORDS_PER_CHECKPOINT = 50_000  # after so many, a new checkpoint takes the place of the journal
@@ -64,7 +64,7 @@ def lock_state_dir(folder: str | Path, name: str) -> tuple[Path, NameLock]:
                          f'{str(folder)!r} ({error})') from None
 
 
-class StateStore:
+class CheckpointStore:
     """
     Keeps the state of one node in a folder, so that it can go on after a kill.
 
