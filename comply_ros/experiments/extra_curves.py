@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Curves of some figures that are more than a training with one mentor, with many seeds."""
+"""Curves over seeds of a greedy policy, of learners that teach each other, of a changed mentor."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple

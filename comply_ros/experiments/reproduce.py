@@ -8,11 +8,11 @@ import fcntl
 from pathlib import Path
 
 from comply_ros.experiments import training_runs
-from comply_ros.experiments.cell_computation import compute_cells
 from comply_ros.experiments.computed_results import Results
 from comply_ros.experiments.extra_curves import EXTRA_CURVES
 from comply_ros.experiments.figure_plots import PLOTS
 from comply_ros.experiments.figures_beyond_report import extra_figures
+from comply_ros.experiments.missing_cells import compute_cells
 from comply_ros.experiments.report_figures import all_runs, Figure, Mentors, report_figures
 from comply_ros.experiments.report_files import count_verdicts, numbers_of, write_page
 from comply_ros.experiments.result_cache import ResultCache

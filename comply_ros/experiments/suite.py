@@ -7,8 +7,8 @@ from importlib.util import find_spec
 from pathlib import Path
 import shutil
 
-from comply_ros.experiments.cell_computation import compute_cells
 from comply_ros.experiments.computed_results import Results
+from comply_ros.experiments.missing_cells import compute_cells
 from comply_ros.experiments.result_cache import ResultCache
 from comply_ros.experiments.suite_numbers import (
     ablation_numbers,

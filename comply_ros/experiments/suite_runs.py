@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The suite: one method in every world and with every mentor, beside methods without one."""
+"""The runs of the suite: which worlds, mentors and methods, and which were looked at before."""
 
 from collections.abc import Mapping
 from pathlib import Path

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The name that was meant by a misspelt one, for errors and warnings of every room."""
+"""The name that was meant by a misspelt one, for errors and warnings."""
 
 from collections.abc import Iterable
 from difflib import get_close_matches

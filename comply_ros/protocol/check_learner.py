@@ -7,12 +7,12 @@ from collections.abc import Callable
 
 from comply_ros.protocol.check_followed_world import FollowingCheck
 from comply_ros.protocol.check_followed_world import RULES as FOLLOWING
+from comply_ros.protocol.check_learner_answers import LearnerAnswers
+from comply_ros.protocol.check_learner_answers import RULES as ANSWERS
 from comply_ros.protocol.check_learner_faults import LearnerReplays
 from comply_ros.protocol.check_learner_faults import RULES as REPLAYS
 from comply_ros.protocol.check_plan_shortening import Plan
 from comply_ros.protocol.emulated_world import EmulatedWorld, other_number
-from comply_ros.protocol.learner_answers import LearnerAnswers
-from comply_ros.protocol.learner_answers import RULES as ANSWERS
 from comply_ros.protocol.messages import Action, Recommendation, StateReward
 from comply_ros.protocol.rule_report import Channel, PATIENCE, QUIET, RuleReport, Verdict
 from comply_ros.world.mdp import Source

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from comply_ros.protocol.channel_faults import fault_streams, Faults, FaultyChannel
+from comply_ros.protocol.check_learner_answers import LearnerAnswers
 from comply_ros.protocol.emulated_world import EmulatedWorld
-from comply_ros.protocol.learner_answers import LearnerAnswers
 from comply_ros.protocol.messages import Action, ANYONE, StateReward
 from comply_ros.protocol.rule_report import Channel, FAIL, PASS, QUIET, RuleReport
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How a world moves: by its model and random numbers of its own, or in any other way."""
+"""How a world moves: by its model and its random numbers, or by a function that is given."""
 
 from typing import Any, Protocol
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Maps by their names: of the package, of a file, of another library, and random ones."""
+"""Map files, and the maps of this package by their names: read, and checked."""
 
 from importlib.resources import files
 from pathlib import Path

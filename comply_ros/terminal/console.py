@@ -177,7 +177,7 @@ def _rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
         yield 'learned policy', '-', f'{summary["method"]} has no service save'
     elif is_known:
         yield ('learned policy', f'{summary["policy_return"]:.2f}',
-               'expected return without exploration')
+               'expected return if it stopped exploring')
     yield 'learner, last', f'{returns[-1]:.2f}', f'iteration {len(returns)}'
     if is_known:
         yield 'time to convergence', *_convergence(summary, len(returns))

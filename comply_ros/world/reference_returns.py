@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The returns that others are measured against, in any world: also where they are not known."""
+"""Expected returns of the optimal and the random policy and of mentors, if a world has a model."""
 
 from comply_ros.world.mdp import World
 from comply_ros.world.planning import Policy, ReferenceReturns

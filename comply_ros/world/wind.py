@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`Wind`: what carries an agent besides its moves, and checks of chances."""
+"""`Wind` of a grid: what carries an agent besides its moves; chances of a map are checked here."""
 
 from collections.abc import Mapping
 from typing import NamedTuple

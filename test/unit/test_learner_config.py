@@ -27,7 +27,7 @@ OTHER_VALUES = {
     'bounded_belief': True, 'updates_both': False, 'listen_temperature': 2.0,
     'listen_temperature_exponent': 0.1, 'guided_steps': 2, 'guided_stages': 1,
     'guided_tolerance': 0.0, 'estimates_consistency': True}
-OF_SEVERAL = {'return_bonus'}  # with one mentor it changes nothing: see test_mentor_choice.py
+OF_SEVERAL = {'return_bonus'}  # with one mentor it changes nothing: see test_mentor_of_episode.py
 NOISE = {'advice_slack': 0.2}  # of the mentor, where a perfect one shows no difference
 
 

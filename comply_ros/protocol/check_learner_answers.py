@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What holds for every answer of a learner that is checked."""
+"""What a check expects of every answer of a learner."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Cells that are missing in a cache, computed in parallel and saved one by one."""
+"""Runs of an experiment that are not in its cache yet: computed in parallel, saved one by one."""
 
 from collections.abc import Collection, Sequence
 
