@@ -21,8 +21,9 @@ class CommandParser(argparse.ArgumentParser):
         self._negative_number_matcher = NUMBER  # its own one knows no exponents
 
     def error(self, message: str) -> NoReturn:
-        """End with 2 and one sentence; `--help` shows all options."""
-        self.exit(2, f'{self.prog}: {message} (see --help)\n')
+        """End with 2 and one sentence, which says of a wrong value what it must be."""
+        hint = '' if message.startswith('argument ') else '; --help shows what there is'
+        self.exit(2, f'{self.prog}: {message}{hint}\n')
 
 
 def whole_number(text: str) -> int:

@@ -116,7 +116,8 @@ def test_scripts_work_from_any_folder(tmp_path, argv, output):
 def test_a_missing_word_is_named_by_what_it_can_be(argv, words):
     done = script([f'scripts/{argv[0]}', *argv[1:]])
     assert done.returncode == 2
-    assert done.stderr.endswith(f': the following arguments are required: {words} (see --help)\n')
+    assert done.stderr.endswith(f': the following arguments are required: {words}; --help shows '
+                                'what there is\n')
 
 
 def test_an_installed_executable_finds_its_entry_point(tmp_path):

@@ -32,7 +32,7 @@ def test_a_second_demo_has_a_namespace_of_its_own(tmp_path):
 def test_a_namespace_that_no_node_can_have_is_one_line(tmp_path):
     done = subprocess.run([*COMMAND, '--namespace', '2', '--out', str(tmp_path)], check=False,
                           capture_output=True, text=True)
-    assert done.returncode == 2 and done.stderr.startswith('demo: ')
+    assert done.returncode == 2 and done.stderr.startswith('demo --teach: ')
     assert done.stderr.count('\n') == 1
 
 
@@ -52,4 +52,5 @@ def test_a_misspelt_option_of_the_demo_is_an_error_of_the_demo():
     done = subprocess.run([sys.executable, '-c', START.format('demo'), '--tech'], check=False,
                           capture_output=True, text=True)
     assert done.returncode == 2
-    assert done.stderr.endswith('demo: unrecognized arguments: --tech (see --help)\n')
+    assert done.stderr.endswith(
+        'demo: unrecognized arguments: --tech; --help shows what there is\n')
