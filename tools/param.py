@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 
 from rcl_interfaces.msg import Parameter, ParameterDescriptor, ParameterType, ParameterValue
 from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters, SetParameters
-from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 
 from comply_ros.numerics.number_text import read_integer, read_number
@@ -19,6 +18,7 @@ from tools.ros_graph import (
     command_parser,
     full_name,
     GraphError,
+    GraphNode,
     missing,
     QUIET,
     run_command,
@@ -66,7 +66,7 @@ def main(argv: Sequence[str]) -> int:
          {'node': {}, 'parameter': {}}))), argv)
 
 
-def show_list(node: Node, given: argparse.Namespace) -> int:
+def show_list(node: GraphNode, given: argparse.Namespace) -> int:
     """Print the names of the parameters of one node, or of all, each below its node."""
     nodes = [_find_node(node, given)] if given.node else _nodes(node, given.timeout, bool, QUIET)
     for name in nodes:
@@ -77,7 +77,7 @@ def show_list(node: Node, given: argparse.Namespace) -> int:
     return 0
 
 
-def show_value(node: Node, given: argparse.Namespace) -> int:
+def show_value(node: GraphNode, given: argparse.Namespace) -> int:
     """Print the value of a parameter, as `ros2 param get` does."""
     name = _find_node(node, given)
     _describe(node, name, given)
@@ -90,7 +90,7 @@ def show_value(node: Node, given: argparse.Namespace) -> int:
     return 0
 
 
-def set_value(node: Node, given: argparse.Namespace) -> int:
+def set_value(node: GraphNode, given: argparse.Namespace) -> int:
     """Set a parameter and print the result; raises GraphError if the node rejects it."""
     name = _find_node(node, given)
     value = value_of(given.parameter, _describe(node, name, given).type, given.value)
@@ -102,7 +102,7 @@ def set_value(node: Node, given: argparse.Namespace) -> int:
     raise GraphError(f'setting parameter failed: {result.reason}')
 
 
-def show_description(node: Node, given: argparse.Namespace) -> int:
+def show_description(node: GraphNode, given: argparse.Namespace) -> int:
     """Print type, description and constraints of a parameter, as `ros2 param describe` does."""
     described = _describe(node, _find_node(node, given), given)
     kind = KINDS[described.type].name if described.type in KINDS else 'not set'
@@ -149,7 +149,7 @@ def _element(value: Any, kind: type) -> Any:
     return kind(value)
 
 
-def _describe(node: Node, name: str, given: argparse.Namespace) -> ParameterDescriptor:
+def _describe(node: GraphNode, name: str, given: argparse.Namespace) -> ParameterDescriptor:
     """
     Return the `ParameterDescriptor` of the given parameter of a node.
 
@@ -167,12 +167,12 @@ def _describe(node: Node, name: str, given: argparse.Namespace) -> ParameterDesc
     return described
 
 
-def _parameter_names(node: Node, name: str, timeout: float) -> list[str]:
+def _parameter_names(node: GraphNode, name: str, timeout: float) -> list[str]:
     return sorted(call(node, ListParameters, f'{name}/list_parameters', ListParameters.Request(),
                        timeout).result.names)
 
 
-def _find_node(node: Node, given: argparse.Namespace) -> str:
+def _find_node(node: GraphNode, given: argparse.Namespace) -> str:
     """Return the full name of the given node; raises GraphError if it is not in the graph."""
     name = full_name(given.node)
     found = _nodes(node, given.timeout, lambda seen: name in seen)
@@ -181,7 +181,7 @@ def _find_node(node: Node, given: argparse.Namespace) -> str:
     return name
 
 
-def _nodes(node: Node, timeout: float, is_complete: Callable[[list[str]], object],
+def _nodes(node: GraphNode, timeout: float, is_complete: Callable[[list[str]], object],
            quiet: float = 0.0) -> list[str]:
     """Return the full names of all nodes but hidden ones, such as this one."""
     def look() -> list[str]:

@@ -10,25 +10,41 @@ import time
 from typing import Any, TypeVar
 
 import rclpy
-from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
 
 from comply_ros.nodes.ros_start import rclpy_errors, start_rclpy
 from comply_ros.terminal.command_line import CommandParser, real_number
+from comply_ros.terminal.interrupts import check, interrupts, StopFlag
 from comply_ros.terminal.standard_output import is_closed
 
 Seen = TypeVar('Seen')
 NamesAndTypes = Iterable[tuple[str, Sequence[str]]]
-# A subcommand: name, function of the node and its options, help, and the arguments (of an option
-# with a short one, both) with the settings of `add_argument`.
-Command = tuple[str, Callable[[Node, argparse.Namespace], int], str, Mapping[str, dict[str, Any]]]
 
 SERVICES_OF_EVERY_NODE = (
     'describe_parameters', 'get_parameter_types', 'get_parameters', 'get_type_description',
     'list_parameters', 'set_parameters', 'set_parameters_atomically')
 TOPICS_OF_EVERY_NODE = {'/parameter_events', '/rosout'}
 QUIET = 1.2  # seconds without a change after which discovery counts as complete
+
+
+class GraphNode(Node):
+    """A node whose command ends at Ctrl-C, but never inside of rclpy: that would raise errors."""
+
+    def __init__(self, name: str, stop: StopFlag) -> None:
+        super().__init__(name)
+        self._stop = stop
+
+    def spin(self, seconds: float) -> None:
+        """Wait for a callback so long, and run it; raises KeyboardInterrupt after Ctrl-C."""
+        check(self._stop)
+        rclpy.spin_once(self, timeout_sec=seconds)
+        check(self._stop)
+
+
+# A subcommand: name, function of the node and its options, help, and the arguments (of an option
+# with a short one, both) with the settings of `add_argument`.
+Command = tuple[
+    str, Callable[[GraphNode, argparse.Namespace], int], str, Mapping[str, dict[str, Any]]]
 
 
 class GraphError(ValueError):
@@ -53,28 +69,25 @@ def command_parser(name: str, text: str, commands: Iterable[Command]) -> argpars
 def run_command(parser: argparse.ArgumentParser, argv: Sequence[str]) -> int:
     """Run the subcommand of the command line with a node; return the exit code."""
     given = parser.parse_args(argv[1:])
-    start_rclpy([parser.prog], SignalHandlerOptions.ALL)
+    start_rclpy([parser.prog])
     try:
-        with rclpy_errors('the node could not be created: '):
-            node = Node(f'_{parser.prog}')
-        return given.run(node, given)
+        with interrupts() as stop:
+            with rclpy_errors('the node could not be created: '):
+                node = GraphNode(f'_{parser.prog}', stop)
+            return given.run(node, given)
     except GraphError as mistake:
         print(f'{parser.prog}: {mistake}', file=sys.stderr)
         return 1
-    except (KeyboardInterrupt, ExternalShutdownException):
-        return 0
-    except RuntimeError:  # of rclpy, where Ctrl-C has come in the middle of a spin
-        if rclpy.ok():
-            raise
+    except KeyboardInterrupt:
         return 0
     finally:
         rclpy.try_shutdown()
 
 
-def spin_while_read(node: Node, is_done: Callable[[], object] = lambda: False) -> None:
+def spin_while_read(node: GraphNode, is_done: Callable[[], object] = lambda: False) -> None:
     """Spin until it is done; raises BrokenPipeError where nobody reads the output any more."""
     while not is_done():
-        rclpy.spin_once(node, timeout_sec=0.1)
+        node.spin(0.1)
         if is_closed():
             raise BrokenPipeError
 
@@ -84,7 +97,7 @@ def full_name(name: str) -> str:
     return name if name.startswith('/') else f'/{name}'
 
 
-def find(node: Node, look: Callable[[], NamesAndTypes], name: str, timeout: float,
+def find(node: GraphNode, look: Callable[[], NamesAndTypes], name: str, timeout: float,
          kind: str) -> tuple[str, str]:
     """
     Return the full name and the type of a topic or service.
@@ -128,20 +141,20 @@ def type_named(kind: str) -> type:
                          f'std_srvs/srv/Trigger, got {kind!r}') from None
 
 
-def settled(node: Node, look: Callable[[], Seen], timeout: float,
+def settled(node: GraphNode, look: Callable[[], Seen], timeout: float,
             is_complete: Callable[[Seen], object], quiet: float = QUIET) -> Seen:
     """Return what `look` sees once it is complete and unchanged for `quiet` s, or at the end."""
     end, seen, since = time.monotonic() + timeout, look(), time.monotonic()
     while time.monotonic() < end and not (
             is_complete(seen) and time.monotonic() - since >= quiet):
-        rclpy.spin_once(node, timeout_sec=0.05)
+        node.spin(0.05)
         now = look()
         if now != seen:
             seen, since = now, time.monotonic()
     return seen
 
 
-def call(node: Node, kind: Any, name: str, request: Any, timeout: float) -> Any:
+def call(node: GraphNode, kind: Any, name: str, request: Any, timeout: float) -> Any:
     """
     Return the response of a service.
 
@@ -152,11 +165,13 @@ def call(node: Node, kind: Any, name: str, request: Any, timeout: float) -> Any:
     """
     client, end = node.create_client(kind, name), time.monotonic() + timeout
     try:
-        if not client.wait_for_service(timeout):
+        while not client.service_is_ready() and time.monotonic() < end:
+            node.spin(0.05)
+        if not client.service_is_ready():
             raise GraphError(f'there is no server of {name!r} within {timeout:g} s')
         future = client.call_async(request)
         while not future.done() and time.monotonic() < end:
-            rclpy.spin_once(node, timeout_sec=0.05)
+            node.spin(0.05)
         if not future.done():
             raise GraphError(f'service {name!r} did not respond within {timeout:g} s')
         return future.result()

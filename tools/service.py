@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 import sys
 from typing import Any
 
-from rclpy.node import Node
 from rosidl_parser.definition import AbstractSequence, Array, NamespacedType
 
 from comply_ros.storage.text_and_yaml_files import load_yaml, YamlError
@@ -16,6 +15,7 @@ from tools.ros_graph import (
     command_parser,
     find,
     GraphError,
+    GraphNode,
     run_command,
     settled,
     type_named,
@@ -31,20 +31,20 @@ def main(argv: Sequence[str]) -> int:
          {'service': {}, 'type': {}, 'values': {'nargs': '?'}}))), argv)
 
 
-def show_list(node: Node, given: argparse.Namespace) -> int:
+def show_list(node: GraphNode, given: argparse.Namespace) -> int:
     """Print the names of all services."""
     for name, _ in sorted(settled(node, lambda: _services(node), given.timeout, bool)):
         print(name)
     return 0
 
 
-def show_type(node: Node, given: argparse.Namespace) -> int:
+def show_type(node: GraphNode, given: argparse.Namespace) -> int:
     """Print the type of a service."""
     print(find(node, lambda: _services(node), given.service, given.timeout, 'service')[1])
     return 0
 
 
-def show_response(node: Node, given: argparse.Namespace) -> int:
+def show_response(node: GraphNode, given: argparse.Namespace) -> int:
     """Call a service and print the response; exit code 1 if its `success` is false."""
     kind: Any = type_named(given.type)
     if not hasattr(kind, 'Request'):
@@ -59,7 +59,7 @@ def show_response(node: Node, given: argparse.Namespace) -> int:
     return 0 if getattr(response, 'success', True) else 1
 
 
-def _services(node: Node) -> list[tuple[str, list[str]]]:
+def _services(node: GraphNode) -> list[tuple[str, list[str]]]:
     """Names and types of all services but those of this command's own node."""
     own = f'/{node.get_name()}/'
     return [each for each in node.get_service_names_and_types() if not each[0].startswith(own)]

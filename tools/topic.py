@@ -8,8 +8,6 @@ import sys
 import time
 from typing import Any
 
-import rclpy
-from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 from rosidl_parser.definition import NamespacedType
@@ -19,6 +17,7 @@ from comply_ros.terminal.standard_output import standard_output
 from tools.ros_graph import (
     command_parser,
     find,
+    GraphNode,
     run_command,
     settled,
     spin_while_read,
@@ -47,7 +46,7 @@ def main(argv: Sequence[str]) -> int:
         ('hz', show_rate, 'messages per second of a topic', {'topic': {}}))), argv)
 
 
-def show_list(node: Node, given: argparse.Namespace) -> int:
+def show_list(node: GraphNode, given: argparse.Namespace) -> int:
     """Print the names of all topics."""
     for name, _ in sorted(settled(node, node.get_topic_names_and_types, given.timeout,
                                   lambda seen: set(dict(seen)) - TOPICS_OF_EVERY_NODE)):
@@ -55,7 +54,7 @@ def show_list(node: Node, given: argparse.Namespace) -> int:
     return 0
 
 
-def show_info(node: Node, given: argparse.Namespace) -> int:
+def show_info(node: GraphNode, given: argparse.Namespace) -> int:
     """
     Print the type of a topic, and each of its publishers and subscribers with its QoS.
 
@@ -73,7 +72,7 @@ def show_info(node: Node, given: argparse.Namespace) -> int:
     return 0
 
 
-def show_messages(node: Node, given: argparse.Namespace) -> int:
+def show_messages(node: GraphNode, given: argparse.Namespace) -> int:
     """Print the messages of a topic as they are received."""
     received: list[Any] = []
 
@@ -86,7 +85,7 @@ def show_messages(node: Node, given: argparse.Namespace) -> int:
     return 0
 
 
-def show_rate(node: Node, given: argparse.Namespace) -> int:
+def show_rate(node: GraphNode, given: argparse.Namespace) -> int:
     """Print the messages per second of a topic, once a second."""
     times: deque[float] = deque(maxlen=WINDOW)
     _subscribe(node, given, lambda msg: times.append(time.monotonic()))
@@ -130,12 +129,13 @@ def _scalar(value: Any) -> Any:
     return repr(value) if isinstance(value, str) and not value.isidentifier() else value
 
 
-def _subscribe(node: Node, given: argparse.Namespace, callback: Callable[[Any], None]) -> None:
+def _subscribe(node: GraphNode, given: argparse.Namespace,
+               callback: Callable[[Any], None]) -> None:
     """Subscribe with the QoS that the publishers offer, so that latched messages arrive too."""
     name, kind = _find(node, given)
     end = time.monotonic() + given.timeout  # subscribers can be found before publishers
     while not node.get_publishers_info_by_topic(name) and time.monotonic() < end:
-        rclpy.spin_once(node, timeout_sec=0.05)
+        node.spin(0.05)
     offers = [each.qos_profile for each in node.get_publishers_info_by_topic(name)]
     latched = bool(offers) and all(
         qos.durability == DurabilityPolicy.TRANSIENT_LOCAL for qos in offers)
@@ -146,7 +146,7 @@ def _subscribe(node: Node, given: argparse.Namespace, callback: Callable[[Any], 
         reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT))
 
 
-def _find(node: Node, given: argparse.Namespace) -> tuple[str, str]:
+def _find(node: GraphNode, given: argparse.Namespace) -> tuple[str, str]:
     return find(node, node.get_topic_names_and_types, given.topic, given.timeout, 'topic')
 
 

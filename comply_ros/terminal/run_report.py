@@ -4,6 +4,7 @@
 from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import contextmanager
+import gc
 from importlib import import_module
 from multiprocessing import get_context
 import os
@@ -41,10 +42,15 @@ def plot_process() -> Generator[Plot]:
     """
     Give a `Plot` that works in another process, which loads matplotlib while this one learns.
 
-    Enter it before there are threads: the process is a fork of this one.
+    Enter it before there are threads: the process is a fork of this one. Its garbage collector
+    leaves alone what this one has made: nodes of ROS cannot be deleted there.
     """
     with ProcessPoolExecutor(1, get_context('fork'), _init_worker, (os.getpid(),)) as pool:
-        pool.submit(_load_plots)
+        gc.freeze()
+        try:
+            pool.submit(_load_plots)  # which forks
+        finally:
+            gc.unfreeze()
         yield lambda name, *arguments: pool.submit(_plot, name, *arguments)
 
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The pictures of a report are drawn in another process, or in this one."""
 
+import gc
 import os
 
 import numpy as np
@@ -38,3 +39,24 @@ def test_a_process_with_threads_draws_itself(tmp_path):
     done = plot_here('draw_learning_curve', tmp_path / 'a.png', np.zeros((1, 5)), SUMMARY)
     assert done.done() and (tmp_path / 'a.png').exists()
     assert children() == before
+
+
+class Unfinished:
+    """Says in a file which process deletes it; it is garbage as soon as it is made."""
+
+    def __init__(self, path):
+        self.itself, self.path = self, path
+
+    def __del__(self):
+        with open(self.path, 'a') as file:
+            file.write(f'{os.getpid()}\n')
+
+
+def test_the_other_process_does_not_delete_the_garbage_of_this_one(tmp_path, monkeypatch):
+    monkeypatch.setattr('comply_ros.terminal.run_report.PLOTS', 'gc')  # its functions are called
+    Unfinished(tmp_path / 'deleted')
+    with plot_process() as plot:
+        plot('collect').result()
+        assert not (tmp_path / 'deleted').exists()
+    gc.collect()
+    assert (tmp_path / 'deleted').read_text() == f'{os.getpid()}\n'
