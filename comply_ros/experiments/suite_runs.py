@@ -27,7 +27,7 @@ ABLATIONS: Mapping[str, tuple[tuple[str, object], ...]] = {  # the settings that
     'no prior of slips': (('slip_prior', 1e-9),),
     'a prior that always counts as 8 samples': (('slip_prior', 8.0),),
     'few samples are not doubted': (('doubt_weight', 0.0),),
-    'no slack for advice': (('advice_slack', 0.0),),
+    'only the error of samples': (('advice_slack', 0.0),),
     'untried actions are worth 0': (('untried_value', 0.0),),
     'untried actions are not explored': (('exploration_probability', 0.0),),
     'both of these': (('untried_value', 0.0), ('exploration_probability', 0.0)),

@@ -9,13 +9,12 @@ from comply_ros.learner.learner_state import (
     LearnerState,
     OUTCOMES,
     SAMPLES,
-    SQUARE_SUM,
     SUCCESSOR,
     USUAL,
     USUAL_COUNT,
     USUAL_VALUE,
-    VALUE_SUM,
 )
+from comply_ros.learner.outcome_sums import chance_of_higher, squares_around_means
 from comply_ros.learner.prior_values import usual_probability
 from comply_ros.learner.slip_prior import prior_size
 from comply_ros.numerics.action_values import count_actions, NOTHING
@@ -55,25 +54,18 @@ def _doubt_means(s: int, greedy: int, margin: float, config: KernelConfig,
     prior of more than 2 samples has proved itself.
     """
     workspace, size = state.workspace, prior_size(config, state)
-    squares, samples, tried = 0.0, 0.0, 0.0
+    squares, freedom = squares_around_means(config, state)
     for a in range(count_actions(config.actions)):
-        n = workspace[a, SAMPLES]
-        if n > 0.0:
-            squares += workspace[a, SQUARE_SUM] - workspace[a, VALUE_SUM] / n * workspace[
-                a, VALUE_SUM] + state.reward_squares[s, a]
-            samples += n
-            tried += 1.0
-    if samples <= tried or squares <= margin * margin * (samples - tried):  # rounding
+        squares += state.reward_squares[s, a]
+    if freedom <= 0.0 or squares <= margin * margin * freedom:  # rounding
         return
-    variance = squares / (samples - tried)
     weight = config.doubt_weight * min(1.0, NO_SLIPS_KNOWN / size)
+    best = workspace[greedy, SAMPLES] + size
     for a in range(count_actions(config.actions)):
         if a != greedy and workspace[a, SAMPLES] > 0.0:
-            error = math.sqrt(variance / (workspace[a, SAMPLES] + size)
-                              + variance / (workspace[greedy, SAMPLES] + size))
-            below = state.q[s, greedy] - state.q[s, a]
-            if below < 8.0 * error:
-                state.potential[s, a] = weight / (1.0 + math.exp(1.7 * below / error))
+            state.potential[s, a] = weight * chance_of_higher(
+                state.q[s, greedy] - state.q[s, a], squares / freedom,
+                workspace[a, SAMPLES] + size, best)
 
 
 @kernel

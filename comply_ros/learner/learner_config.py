@@ -85,8 +85,8 @@ class LearnerConfig:
         0.65, 'learns_model and planner: value of an action that was never tried, as a share of '
         'the largest reward seen; for a planner, on top of initial_value', 0, 1)
     advice_slack: float = _field(
-        0.12, 'track_record: by how much the value of good advice may lie below the best one, as '
-        'a share of the largest reward; it falls with the visits and with the record', 0, 1,
+        0.12, 'track_record: error of an action value before there are samples, as a share of the '
+        'largest reward; good advice may lie below the best action by the errors of both', 0, 1,
         trusts=('track_record',))
     discount: float = _field(1.0, 'Discount factor gamma of (2.2)', 0, 1)
     initial_value: float = _field(0.0, 'Action value of an action that was never tried', -ANY, ANY)

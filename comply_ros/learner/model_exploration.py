@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Choice of a learner with a model: advice, an action never tried, one in doubt, or the best."""
 
+from comply_ros.learner.advice_chance import advice_chance, advice_holds
 from comply_ros.learner.learner_config import KernelConfig
 from comply_ros.learner.learner_state import Advice, LearnerState
-from comply_ros.learner.mentor_records import advice_holds
 from comply_ros.learner.prior_values import doubt_of, record_of, share_of_advice
 from comply_ros.numerics.action_values import (
     count_actions,
@@ -52,10 +52,11 @@ def doubtful_probability(s: int, advice: Advice, config: KernelConfig,
 @long_kernel('has_model', 0.0)
 def following_probability(s: int, m: int, advice: Advice, config: KernelConfig,
                           state: LearnerState) -> float:
-    """Probability of following mentor m: where its advice holds, unless another is explored."""
-    if not advice_holds(s, m, advice[m], config, state):
+    """Probability of following mentor m: that its advice is right, unless another is explored."""
+    chance = advice_chance(s, m, advice[m], config, state)
+    if chance == 0.0:
         return 0.0
-    return _greedy_probability(s, advice, config, state)
+    return chance * _greedy_probability(s, advice, config, state)
 
 
 @kernel

@@ -13,9 +13,7 @@ from comply_ros.learner.learner_state import (
     OUTCOMES,
     PREDECESSORS,
     REWARD,
-    SAMPLES,
     SCALE,
-    SQUARE_SUM,
     SUCCESSOR,
     TERMINAL,
     TRIALS,
@@ -24,13 +22,13 @@ from comply_ros.learner.learner_state import (
     USUAL_VALUE,
     VALUE_SUM,
 )
+from comply_ros.learner.outcome_sums import sum_up, TOLERANCE
 from comply_ros.learner.prior_values import expected_untried_value, usual_probability
 from comply_ros.learner.slip_prior import prior_size, score_sizes
 from comply_ros.numerics.action_values import count_actions, NOTHING
 from comply_ros.numerics.jit import kernel, long_kernel
 
 MOST_BACKUPS = 20  # of other states, after each step
-TOLERANCE = 3e-4  # of the largest reward: smaller changes of a value are not passed on
 TIME_COST = 3e-4  # of the largest reward: what a step costs beside its reward
 
 
@@ -110,6 +108,8 @@ def learn_outcome(s: int, a: int, r: float, s2: int, done: bool, config: KernelC
     """Change the model by one transition, and the values of s and of states that lead there."""
     record_transition(s, a, r, s2, done, state)
     mark_step(s, s2, state.traces, state.trail, config)
+    if not done and state.departures[s2] == 1.0:
+        back_up(s2, config, state)  # before it was ever left: what is expected of it
     _back_up_and_pass_on(s, config, state)
     propagate(config, state)
 
@@ -152,7 +152,7 @@ def back_up(s: int, config: KernelConfig, state: LearnerState) -> float:
     share p of them the usual outcome, the others as the other actions of the state.
     """
     q, visits, workspace = state.q, state.visits, state.workspace
-    samples, value_sum, best_value, best_successor = _sum_up(s, config, state)
+    samples, value_sum, best_value, best_successor = sum_up(s, config, state)
     p, prior, top, greedy = usual_probability(state.pooled), prior_size(config, state), NOTHING, 0
     cost = TIME_COST * (state.pooled[SCALE] if state.pooled[SCALE] > 0.0 else 1.0)
     for a in range(count_actions(config.actions)):
@@ -175,40 +175,6 @@ def back_up(s: int, config: KernelConfig, state: LearnerState) -> float:
     margin = TOLERANCE * state.pooled[SCALE]
     update_potential(s, greedy, margin, best_value, best_successor, config, state)
     return change
-
-
-@kernel
-def _sum_up(s: int, config: KernelConfig,
-            state: LearnerState) -> tuple[float, float, float, float]:
-    """
-    Change the workspace: what is known of each action of state s.
-
-    Return the samples of all actions, the sum of their values, and of all outcomes seen in s the
-    one with the highest value: this value and its successor.
-    """
-    model, workspace = state.model, state.workspace
-    samples, value_sum, best_value, best_successor = 0.0, 0.0, NOTHING, TERMINAL
-    for a in range(count_actions(config.actions)):
-        workspace[a, SAMPLES], workspace[a, VALUE_SUM] = 0.0, 0.0
-        workspace[a, USUAL_COUNT], workspace[a, SQUARE_SUM] = 0.0, 0.0
-        for k in range(OUTCOMES):
-            count = model[s, a, k, COUNT]
-            if count == 0.0:
-                break
-            successor = model[s, a, k, SUCCESSOR]
-            following = 0.0 if successor == TERMINAL else state.values[int(successor)]
-            value = model[s, a, k, REWARD] + config.discount * following
-            workspace[a, SAMPLES] += count
-            workspace[a, VALUE_SUM] += count * value
-            workspace[a, SQUARE_SUM] += count * value * value
-            if count > workspace[a, USUAL_COUNT]:
-                workspace[a, USUAL_COUNT], workspace[a, USUAL] = count, successor
-                workspace[a, USUAL_VALUE] = value
-            if value > best_value:
-                best_value, best_successor = value, successor
-        samples += workspace[a, SAMPLES]
-        value_sum += workspace[a, VALUE_SUM]
-    return samples, value_sum, best_value, best_successor
 
 
 @kernel

@@ -19,7 +19,8 @@ from comply_ros.numerics.jit import kernel
 TRUSTED_UNTRIED = 0.3  # share of the largest reward that is expected where a mentor is trusted
 MOST_SURE = 0.98  # of several mentors, none counts as more often right than this
 UNPROVED = 0.03  # failures of advice that are supposed, beside those that were seen
-UNPROVED_SPREAD = 0.03  # the same, in addition, where outcomes are as random as can be
+UNPROVED_SPREAD = 0.8  # the same, in addition, where outcomes are as random as can be
+NEAR = 0.7  # of the confidence that what a mentor left aside is not better than its advice nearby
 ADVICE_BONUS = 0.03  # of the largest reward: what advice adds to an action never tried
 
 
@@ -51,7 +52,8 @@ def doubt_of(m: int, state: LearnerState) -> float:
     never proved wrong is doubted less and less, but is put to the proof for ever: about as often
     as the root of the number of steps.
     """
-    unproved = UNPROVED + UNPROVED_SPREAD * outcome_spread(state.pooled)
+    spread = outcome_spread(state.pooled)
+    unproved = UNPROVED + UNPROVED_SPREAD * spread * spread
     tests = 1.0 + state.pooled[ALTERNATIVES]
     return max(1.0 - record_of(m, state), unproved / (unproved + tests))
 
@@ -113,6 +115,9 @@ def expected_untried_value(s: int, a: int, alone: bool, config: KernelConfig,
     mentors that advise in s, the one with the most credit counts, and each adds to what it
     advises.
 
+    A state that was first reached from another one, where the mentor may have advised something
+    else, is not expected to be much better than what the mentor advised there.
+
     alone: as if there were no advice for any other action of the state.
     """
     largest, states = max(state.pooled[LARGEST_REWARD], 0.0), len(state.departures)
@@ -131,7 +136,23 @@ def expected_untried_value(s: int, a: int, alone: bool, config: KernelConfig,
     value = largest * (config.untried_value
                        - most * max(0.0, config.untried_value - TRUSTED_UNTRIED))
     if is_advised:
-        return value + ADVICE_BONUS * state.pooled[SCALE] * lead
-    if alone or state.visits[s, advised] == 1.0:
+        value += ADVICE_BONUS * state.pooled[SCALE] * lead
+    if alone:
+        return value
+    if state.predecessors[s, 0] > 0:
+        nearby = _value_of_advice(state.predecessors[s, 1], config, state)
+        value -= NEAR * math.sqrt(most) * max(0.0, value - nearby)
+    if is_advised or state.visits[s, advised] == 1.0:
         return value
     return (1.0 - most) * value + most * min(value, state.q[s, advised])
+
+
+@kernel
+def _value_of_advice(s: int, config: KernelConfig, state: LearnerState) -> float:
+    """Return the highest value of advice in state s that was tried; inf where none was."""
+    states, best = len(state.departures), NOTHING
+    for m in range(len(config.mentors)):
+        action = state.advised[m * states + s]
+        if action >= 0 and state.visits[s, action] > 1.0:
+            best = max(best, state.q[s, action])
+    return best if best > NOTHING else math.inf

@@ -3,7 +3,8 @@
 
 from comply_ros.learner.learner_config import KernelConfig, PSRL
 from comply_ros.learner.learner_state import LearnerState, SCALE
-from comply_ros.learner.outcome_model import MOST_BACKUPS, record_transition, TOLERANCE
+from comply_ros.learner.outcome_model import MOST_BACKUPS, record_transition
+from comply_ros.learner.outcome_sums import TOLERANCE
 from comply_ros.learner.planned_values import chance, plan_state
 from comply_ros.learner.posterior_sampling import draw_outcomes, has_doubled
 from comply_ros.learner.priority_queue import pop, promote

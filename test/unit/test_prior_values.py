@@ -88,3 +88,20 @@ def test_an_action_that_several_advise_is_expected_to_be_worth_more():
     other = expected_untried_value(CENTRE, LEFT, False, config, state)
     # 0.03 of the largest reward times (2 x 0.8 - 1) + (2 x 0.9 - 1)
     assert both - other == pytest.approx(0.03 * 10.0 * 1.4)
+
+
+def test_a_state_off_the_path_of_a_mentor_is_not_expected_to_be_much_better(as_run):
+    config, state = mentored(0.9)  # confidence 2 x 0.9 - 1 = 0.8, credit 0.64
+    advised(state, RIGHT)
+    alone = expected_untried_value(CENTRE, LEFT, True, config, state)
+    assert alone == expected_untried_value(CENTRE, LEFT, False, config, state)
+    # State 3 led here first; the mentor advised UP there, which was tried and is worth 2.
+    state.predecessors[CENTRE, :2] = 1, 3
+    state.advised[3], state.visits[3, UP], state.q[3, UP] = UP, 2.0, 2.0
+    nearby = as_run(expected_untried_value)(CENTRE, LEFT, False, config, state)
+    assert nearby == pytest.approx(alone - 0.7 * 0.8 * (alone - 2.0))
+    assert expected_untried_value(CENTRE, LEFT, True, config, state) == alone
+    state.q[3, UP] = 9.0  # what is better there is no reason to expect more here
+    assert expected_untried_value(CENTRE, LEFT, False, config, state) == alone
+    state.visits[3, UP] = 1.0  # and nothing is known there before it was tried
+    assert expected_untried_value(CENTRE, LEFT, False, config, state) == alone

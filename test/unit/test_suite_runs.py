@@ -60,7 +60,7 @@ def test_an_ablation_changes_one_part_in_a_maze_with_its_slips(tmp_path):
     for run in runs.values():
         validate_run(run)
     whole, without = (config_of(runs[0.7, part, 'optimal'])
-                      for part in ('model_based', 'no slack for advice'))
+                      for part in ('model_based', 'only the error of samples'))
     assert (whole.advice_slack, without.advice_slack) == (0.12, 0.0)
     worlds = {intended: reference_returns_of(runs[intended, 'model_based', 'none']).world
               for intended in (0.95, 0.7)}
