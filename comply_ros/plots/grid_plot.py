@@ -35,22 +35,26 @@ MARKS: dict[str, dict[str, Any]] = {
     START: {'marker': 'o', 'color': BLUE, 'alpha': 0.35, 'markeredgewidth': 0},
     **dict.fromkeys((WALL, CLOSED), {'marker': 's', 'color': OBSTACLE, 'markeredgewidth': 0})}
 LEGEND_ROOM = 0.35  # inches below what is drawn
+NARROWEST = 5.6  # inches that the title of a trust map and its legend need
 
 
 def grid_figure(world: World, title: str, size: float = 8.0,
-                colorbar_width: float = 0.0, legend_height: float = 0.0) -> tuple[Figure, Axes]:
+                colorbar_width: float = 0.0, legend_height: float = 0.0,
+                narrowest: float = 0.0) -> tuple[Figure, Axes]:
     """
     Return a figure, and its axes with the cells of a world.
 
     size: of the longer side of the grid, in inches.
     colorbar_width: room to the right of the grid, in inches.
     legend_height: room below it, in inches.
+    narrowest: width of the figure at least, in inches.
 
     """
     grid = world.grid
     cell = size / max(grid.width, grid.height)
     width, height = grid.width * cell, grid.height * cell
-    figure = Figure(figsize=(width + 0.2 + colorbar_width, height + 0.7 + legend_height))
+    figure = Figure(figsize=(max(width + 0.2 + colorbar_width, narrowest),
+                             height + 0.7 + legend_height))
     axes = place_axes(figure, 0.1, 0.3 + legend_height, width, height)
     draw_cells(axes, world)
     set_title(axes, title)
@@ -115,9 +119,11 @@ def trust_figure(world: World, title: str, advice: NDArray[np.int8],
 
     visited: `visited[s]`; arrows are grey in states where the learner has never been.
     """
-    figure, axes = grid_figure(world, title, colorbar_width=1.2, legend_height=LEGEND_ROOM)
+    figure, axes = grid_figure(world, title, colorbar_width=1.2, legend_height=LEGEND_ROOM,
+                               narrowest=NARROWEST)
+    inch = 1.0 / (axes.get_position().width * figure.get_figwidth())  # as a share of the axes
     bar = figure.colorbar(draw_trust(axes, world, advice, confidence, visited),
-                          cax=axes.inset_axes((1.03, 0.2, 0.025, 0.6)))
+                          cax=axes.inset_axes((1.0 + 0.24 * inch, 0.2, 0.2 * inch, 0.6)))
     bar.set_label('confidence in the mentor', color=INK)
     bar.outline.set_visible(False)
     add_mark_legend(figure, axes)

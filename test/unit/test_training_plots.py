@@ -61,5 +61,17 @@ def test_the_legend_of_a_trust_map_names_what_is_in_the_cells_and_no_more():
     assert legend('..G', '...') == ['goal', 'start']
 
 
+def test_all_of_the_trust_map_of_a_narrow_map_is_in_the_picture():
+    rows = ('G', *20 * ['.'])
+    figure = trust_map_figure(World(grid(*rows)), np.full(21, -1, np.int8), np.zeros(21),
+                              np.ones(21, bool), {**SUMMARY, 'method': 'beta_implicit'})
+    figure.canvas.draw()
+    axes, bar = figure.axes[0], figure.axes[0].child_axes[0]
+    for part in (axes, bar, figure.legends[0]):
+        assert part.get_tightbbox().x1 <= figure.bbox.x1
+    assert bar.get_window_extent().width == pytest.approx(0.2 * figure.dpi)
+    assert bar.get_window_extent().x0 > axes.get_window_extent().x1
+
+
 def test_obstacles_are_much_darker_than_arrows_in_states_never_visited():
     assert int(OBSTACLE[1], 16) + 4 < int(PALE[1], 16)
