@@ -13,18 +13,18 @@ from typing import Any
 from rcl_interfaces.msg import ParameterDescriptor
 from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters
 import rclpy
-from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
-from rclpy.signals import SignalHandlerOptions
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from comply_ros.nodes.node_processes import ended_with_block, NodeProcess, parameter_arguments
 from comply_ros.nodes.parameters import ADVISING, BAG, BUDGET, ENV, Parameter, PORT, TEACH
 from comply_ros.nodes.ros_start import start_rclpy
+from comply_ros.terminal.interrupts import interrupts
 from comply_ros.terminal.standard_output import standard_output
 from tools.interfaces_markdown import Endpoint, NodeInterfaces, NodeKind, pages_of
 from tools.ros_graph import (
     call,
+    GraphNode,
     QUIET,
     SERVICES_OF_EVERY_NODE,
     settled,
@@ -55,7 +55,7 @@ NODE_KINDS = (
 
 def main(argv: Sequence[str]) -> int:
     """Write the pages to a folder, or to standard output; return the exit code."""
-    start_rclpy(['interfaces'], SignalHandlerOptions.ALL)
+    start_rclpy(['interfaces'])
     try:
         texts = pages()
     finally:
@@ -71,7 +71,11 @@ def main(argv: Sequence[str]) -> int:
 
 def pages() -> dict[str, str]:
     """Return the text of each page by its file name; starts one node of each kind."""
-    node = Node('_interfaces')
+    with interrupts() as stop:
+        return _pages(GraphNode('_interfaces', stop))
+
+
+def _pages(node: GraphNode) -> dict[str, str]:
     try:
         with running(NODE_KINDS) as namespaces:
             found = _settled_endpoints(node, namespaces)
@@ -120,7 +124,8 @@ def _wait_until_ready(processes: Sequence[NodeProcess]) -> None:
             time.sleep(0.01)
 
 
-def _settled_endpoints(node: Node, namespaces: Sequence[tuple[NodeKind, str]]) -> list[Endpoints]:
+def _settled_endpoints(node: GraphNode,
+                       namespaces: Sequence[tuple[NodeKind, str]]) -> list[Endpoints]:
     """Return the endpoints of each node, once the graph is complete and does not change."""
     def look() -> list[Endpoints]:
         return [_endpoints(node, kind.node, namespace) for kind, namespace in namespaces]
@@ -132,7 +137,7 @@ def _settled_endpoints(node: Node, namespaces: Sequence[tuple[NodeKind, str]]) -
     return settled(node, look, START_TIMEOUT, is_complete, 2.0 * QUIET)
 
 
-def _endpoints(node: Node, name: str, namespace: str) -> Endpoints:
+def _endpoints(node: GraphNode, name: str, namespace: str) -> Endpoints:
     """Return the endpoints of a node; four empty tuples until it is in the graph."""
     if (name, namespace) not in node.get_node_names_and_namespaces():
         return (), (), (), ()
@@ -157,7 +162,7 @@ def _endpoints(node: Node, name: str, namespace: str) -> Endpoints:
     return *topics, *services
 
 
-def _node_interfaces(node: Node, kind: NodeKind, namespace: str,
+def _node_interfaces(node: GraphNode, kind: NodeKind, namespace: str,
                      endpoints: Endpoints) -> NodeInterfaces:
     """`NodeInterfaces` of a node; its parameters are read from the node itself."""
     publishers, subscribers, servers, clients = endpoints
@@ -168,7 +173,7 @@ def _node_interfaces(node: Node, kind: NodeKind, namespace: str,
         _parameters(node, f'{namespace}/{kind.node}', kind.parameters)))
 
 
-def _parameters(node: Node, name: str,
+def _parameters(node: GraphNode, name: str,
                 given: Mapping[Parameter, Any]) -> Iterator[tuple[ParameterDescriptor, Any]]:
     """Yield the descriptor and the default of each parameter of a node."""
     listed = call(node, ListParameters, f'{name}/list_parameters', ListParameters.Request(),

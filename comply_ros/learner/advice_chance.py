@@ -2,13 +2,8 @@
 """Probability that advice is as good as any other action, for a learner with a model."""
 
 from comply_ros.learner.learner_config import KernelConfig
-from comply_ros.learner.learner_state import Array, LearnerState, SAMPLES, SCALE
-from comply_ros.learner.outcome_sums import (
-    chance_of_higher,
-    squares_around_means,
-    sum_up,
-    TOLERANCE,
-)
+from comply_ros.learner.learner_state import Array, LearnerState, SCALE
+from comply_ros.learner.outcome_sums import chance_of_higher, sample_sums, TOLERANCE
 from comply_ros.learner.prior_values import (
     credit,
     outcome_spread,
@@ -101,10 +96,16 @@ def chance_as_good(s: int, a: int, other: int, config: KernelConfig,
     Chance that action a of state s is in truth as good as another one, of a higher value.
 
     See `chance_of_higher`. Before there are samples, one of a standard deviation of `advice_slack`
-    of the largest reward is supposed, or less where outcomes are less random.
+    of the largest reward is supposed, or less where outcomes are less random. Changes nothing: it
+    is part of a choice.
     """
-    sum_up(s, config, state)
-    squares, freedom = squares_around_means(config, state)
+    squares, freedom, mine, others = 0.0, 0.0, 0.0, 0.0
+    for b in range(count_actions(config.actions)):
+        n, total, square_sum = sample_sums(s, b, config, state)
+        if n > 0.0:
+            squares += square_sum - total / n * total
+            freedom += n - 1.0
+        mine, others = n if b == a else mine, n if b == other else others
     for b in range(count_actions(config.actions)):
         squares += state.reward_squares[s, b]
     supposed = config.advice_slack * outcome_spread(state.pooled) * state.pooled[SCALE]
@@ -114,5 +115,4 @@ def chance_as_good(s: int, a: int, other: int, config: KernelConfig,
         return 0.0
     size = prior_size(config, state)
     return chance_of_higher(
-        state.q[s, other] - state.q[s, a], variance, state.workspace[a, SAMPLES] + size,
-        state.workspace[other, SAMPLES] + size)
+        state.q[s, other] - state.q[s, a], variance, mine + size, others + size)

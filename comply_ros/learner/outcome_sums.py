@@ -79,6 +79,24 @@ def squares_around_means(config: KernelConfig, state: LearnerState) -> tuple[flo
 
 
 @kernel
+def sample_sums(s: int, a: int, config: KernelConfig,
+                state: LearnerState) -> tuple[float, float, float]:
+    """Return the samples of action a in state s, the sum of their values, and of the squares."""
+    samples, value_sum, square_sum = 0.0, 0.0, 0.0
+    for k in range(OUTCOMES):
+        count = state.model[s, a, k, COUNT]
+        if count == 0.0:
+            break
+        successor = state.model[s, a, k, SUCCESSOR]
+        following = 0.0 if successor == TERMINAL else state.values[int(successor)]
+        value = state.model[s, a, k, REWARD] + config.discount * following
+        samples += count
+        value_sum += count * value
+        square_sum += count * value * value
+    return samples, value_sum, square_sum
+
+
+@kernel
 def chance_of_higher(below: float, variance: float, n: float, n_other: float) -> float:
     """
     Chance that a mean which lies below another one is in truth the higher one; 1/2 at the most.
