@@ -113,3 +113,10 @@ def test_slips_lead_back_too(as_run):
     assert as_run(most_returns)(bench.state.pooled) == 16.0
     bench.state.pooled[:2] = 94.0, 99.0  # p is 0.95
     assert as_run(most_returns)(bench.state.pooled) == pytest.approx(5.2)
+
+
+def test_a_choice_leaves_no_trace_in_the_state(as_run):
+    bench = compared(0.9)
+    before = [array.copy() for array in bench.state]
+    assert 0.5 < chance(as_run, bench, LEFT) < 1.0
+    assert all((array == each).all() for array, each in zip(bench.state, before))
