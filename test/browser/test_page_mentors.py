@@ -47,7 +47,8 @@ def test_the_page_watches_while_another_mentor_is_heard(client, tmp_path, chromi
         page = open_page(chromium, url)
         page.get_by_test_id('take-over').wait_for()
         assert page.get_by_test_id('tools').count() == 0
-        assert client.count_publishers(RECOMMENDATION.name) == 1
+        wait_until(lambda: client.count_publishers(RECOMMENDATION.name) == 1,
+                   'the mentor, found by the client too, and no other publisher')
         page.get_by_test_id('take-over').click()
         page.get_by_test_id('tools').wait_for()
         wait_for(page, 'alarm', '2 mentors speak: the learner uses the advice of all')
