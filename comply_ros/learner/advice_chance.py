@@ -14,6 +14,7 @@ from comply_ros.learner.prior_values import (
 from comply_ros.learner.slip_prior import prior_size
 from comply_ros.numerics.action_values import count_actions, count_untried, max_q_except, NOTHING
 from comply_ros.numerics.jit import kernel
+from comply_ros.world.grid import NO_ACTION
 
 SAME = 2e-3  # of the largest reward: values that differ by less count as equally good
 MOST_RETURNS = 4.0  # to a state in an episode; after more the robot seems to go round in circles
@@ -35,16 +36,11 @@ def most_returns(pooled: Array) -> float:
 
 
 @kernel
-def advice_holds(s: int, m: int, advice: int, config: KernelConfig, state: LearnerState) -> bool:
-    """Whether advice of mentor m is more likely as good as any other action than not."""
-    return advice_chance(s, m, advice, config, state) > 0.0
-
-
-@kernel
 def advice_chance(s: int, m: int, advice: int, config: KernelConfig, state: LearnerState) -> float:
     """
     Probability that advice of mentor m in state s is as good as any other action; 0 below 1/2.
 
+    Advice holds where it is not 0.
     Where its value is the highest, 1. Else `believed_chance`, of the record of the mentor and the
     chance that the other value is higher only by its few samples. In a loop, advice must be the
     best of actions that were all tried.
@@ -53,7 +49,7 @@ def advice_chance(s: int, m: int, advice: int, config: KernelConfig, state: Lear
     if in_loop(s, state):
         untried = count_untried(s, state.q, state.visits, config.actions)
         return 1.0 if value >= best and untried == 0 else 0.0
-    other = _best_tried(s, config, state)
+    other = best_tried(s, NO_ACTION, config, state)
     trust, was_tried = credit(s, m, advice, config, state), state.visits[s, advice] > 1.0
     if was_tried and trust > TRUSTED:
         best = state.q[s, other]
@@ -80,11 +76,11 @@ def believed_chance(p: float, rho: float) -> float:
 
 
 @kernel
-def _best_tried(s: int, config: KernelConfig, state: LearnerState) -> int:
-    """Return the action of state s with the highest value of those that were tried; -1: none."""
-    best, value = -1, NOTHING
+def best_tried(s: int, excluded: int, config: KernelConfig, state: LearnerState) -> int:
+    """Return the best action of state s of those that were tried, but for one; -1: none."""
+    best, value = NO_ACTION, NOTHING
     for a in range(count_actions(config.actions)):
-        if state.visits[s, a] > 1.0 and state.q[s, a] > value:
+        if a != excluded and state.visits[s, a] > 1.0 and state.q[s, a] > value:
             best, value = a, state.q[s, a]
     return best
 

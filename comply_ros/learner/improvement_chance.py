@@ -54,9 +54,7 @@ def _doubt_means(s: int, greedy: int, margin: float, config: KernelConfig,
     prior of more than 2 samples has proved itself.
     """
     workspace, size = state.workspace, prior_size(config, state)
-    squares, freedom = squares_around_means(config, state)
-    for a in range(count_actions(config.actions)):
-        squares += state.reward_squares[s, a]
+    squares, freedom = squares_around_means(s, config, state)
     if freedom <= 0.0 or squares <= margin * margin * freedom:  # rounding
         return
     weight = config.doubt_weight * min(1.0, NO_SLIPS_KNOWN / size)

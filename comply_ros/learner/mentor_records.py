@@ -2,8 +2,9 @@
 """Records of the mentors of a learner with a model: how often their advice proved good."""
 
 from comply_ros.learner.advice_chance import (
-    advice_holds,
+    advice_chance,
     believed_chance,
+    best_tried,
     chance_as_good,
     in_loop,
     SAME,
@@ -14,8 +15,10 @@ from comply_ros.learner.learner_state import Advice, LearnerState, SCALE
 from comply_ros.learner.prior_values import credit, expected_untried_value, record_of
 from comply_ros.numerics.action_values import count_actions, NOTHING
 from comply_ros.numerics.jit import kernel, long_kernel
+from comply_ros.world.grid import NO_ACTION
 
-NOT_BY_CHANCE = 0.02  # chance that advice is as good, below which that of any mentor is bad
+NOT_BY_CHANCE = 0.02  # bad advice of a trusted mentor has less chance than this to be as good
+MORE_WITH_CREDIT = 3.0  # times `SAME`: how much worse good advice may be, in addition
 
 
 @long_kernel('has_model', None)
@@ -50,15 +53,14 @@ def _record_advice(s: int, m: int, advice: int, looping: bool, config: KernelCon
     `SAME`. It is bad if it is more likely worse than not, with this record; of a trusted mentor,
     only if chance can hardly explain its value. Else it does not count.
     """
-    best_tried, value, other = NOTHING, state.q[s, advice], -1
-    for a in range(count_actions(config.actions)):
-        if a != advice and state.visits[s, a] > 1.0 and state.q[s, a] > best_tried:
-            best_tried, other = state.q[s, a], a
-    if looping and not (value > best_tried and advice_holds(s, m, advice, config, state)):
+    value, other = state.q[s, advice], best_tried(s, advice, config, state)
+    is_best = other == NO_ACTION or value > state.q[s, other]
+    if looping and not (is_best and advice_chance(s, m, advice, config, state) > 0.0):
         state.advice_seen[m] += 1.0
-    elif state.visits[s, advice] > 1.0 and other >= 0:
+    elif state.visits[s, advice] > 1.0 and other != NO_ACTION:
         trust = credit(s, m, advice, config, state)
-        if value >= best_tried - (1.0 + 3.0 * trust) * SAME * state.pooled[SCALE]:
+        slack = (1.0 + MORE_WITH_CREDIT * trust) * SAME * state.pooled[SCALE]
+        if value >= state.q[s, other] - slack:
             state.advice_seen[m] += 1.0
             state.advice_agreed[m] += 1.0
             return

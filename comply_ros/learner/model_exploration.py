@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Choice of a learner with a model: advice, an action never tried, one in doubt, or the best."""
 
-from comply_ros.learner.advice_chance import advice_chance, advice_holds
+from comply_ros.learner.advice_chance import advice_chance
 from comply_ros.learner.learner_config import KernelConfig
 from comply_ros.learner.learner_state import Advice, LearnerState
 from comply_ros.learner.prior_values import doubt_of, record_of, share_of_advice
@@ -16,37 +16,35 @@ from comply_ros.world.grid import NO_ACTION
 
 
 @kernel
-def new_probability(s: int, advice: Advice, config: KernelConfig, state: LearnerState) -> float:
-    """Probability of trying an action of state s that was never tried; 0 where there is none."""
-    if count_untried(s, state.q, state.visits, config.actions) == 0:
-        return 0.0
-    return config.exploration_probability * _doubt_here(s, advice, config, state)
+def exploration_chances(s: int, advice: Advice, config: KernelConfig,
+                        state: LearnerState) -> tuple[float, float]:
+    """
+    Probabilities of trying an action of state s: one never tried, and one in doubt.
+
+    The second one is that of an action that may be better than it looks, where none is tried that
+    never was. Both are as much less as advice that holds is trusted.
+    """
+    new, doubtful = 0.0, 0.0
+    if count_untried(s, state.q, state.visits, config.actions) > 0:
+        new = config.exploration_probability
+    for a in range(count_actions(config.actions)):
+        doubtful += state.potential[s, a]
+    if new > 0.0 or doubtful > 0.0:
+        doubt = _doubt_here(s, advice, config, state)
+        new, doubtful = new * doubt, doubtful * doubt
+    return new, min(doubtful, 1.0)
 
 
 @kernel
 def _doubt_here(s: int, advice: Advice, config: KernelConfig, state: LearnerState) -> float:
     """Probability that all advice that holds in state s is wrong; 1 where none does."""
-    doubt = 1.0
+    doubt, least = 1.0, 1.0
     for m in range(len(config.mentors)):
-        if advice[m] >= 0 and advice_holds(s, m, advice[m], config, state):
+        if advice[m] >= 0 and advice_chance(s, m, advice[m], config, state) > 0.0:
             doubt *= doubt_of(m, state)
-    if len(config.mentors) > 1:
-        for m in range(len(config.mentors)):
-            if advice[m] >= 0 and advice_holds(s, m, advice[m], config, state):
-                doubt = min(doubt, 1.0 - share_of_advice(s, advice[m], config, state))
-    return doubt
-
-
-@kernel
-def doubtful_probability(s: int, advice: Advice, config: KernelConfig,
-                         state: LearnerState) -> float:
-    """Probability of trying an action of state s that may be better than it looks."""
-    total = 0.0
-    for a in range(count_actions(config.actions)):
-        total += state.potential[s, a]
-    if total > 0.0:
-        total *= _doubt_here(s, advice, config, state)
-    return min(total, 1.0)
+            if len(config.mentors) > 1:
+                least = min(least, 1.0 - share_of_advice(s, advice[m], config, state))
+    return min(doubt, least)
 
 
 @long_kernel('has_model', 0.0)
@@ -56,15 +54,8 @@ def following_probability(s: int, m: int, advice: Advice, config: KernelConfig,
     chance = advice_chance(s, m, advice[m], config, state)
     if chance == 0.0:
         return 0.0
-    return chance * _greedy_probability(s, advice, config, state)
-
-
-@kernel
-def _greedy_probability(s: int, advice: Advice, config: KernelConfig,
-                        state: LearnerState) -> float:
-    """Probability of exploring nothing in state s."""
-    return (1.0 - new_probability(s, advice, config, state)) * (
-        1.0 - doubtful_probability(s, advice, config, state))
+    new, doubtful = exploration_chances(s, advice, config, state)
+    return chance * ((1.0 - new) * (1.0 - doubtful))
 
 
 @long_kernel('has_model', 0)
@@ -75,9 +66,10 @@ def model_action(s: int, advice: Advice, u_listen: float, u_act: float, config: 
 
     advice: `advice[m]`, -1 for none; it was not followed. u_listen, u_act: uniform in [0, 1).
     """
-    if u_listen >= 1.0 - new_probability(s, advice, config, state):
+    new, doubtful = exploration_chances(s, advice, config, state)
+    if u_listen >= 1.0 - new:
         return _new_action(s, advice, u_act, config, state)
-    if u_listen >= _greedy_probability(s, advice, config, state):
+    if u_listen >= (1.0 - new) * (1.0 - doubtful):
         return _doubtful_action(s, u_act, config, state)
     return greedy_or_untried_action(s, False, u_act, state.q, state.visits, config.actions)
 

@@ -61,12 +61,13 @@ def sum_up(s: int, config: KernelConfig,
 
 
 @kernel
-def squares_around_means(config: KernelConfig, state: LearnerState) -> tuple[float, float]:
+def squares_around_means(s: int, config: KernelConfig,
+                         state: LearnerState) -> tuple[float, float]:
     """
-    Return how the values of all samples of a state vary around the means of their actions.
+    Return how the values of all samples of state s vary around the means of their actions.
 
-    The sum of their squared distances, and the number of samples minus that of the actions tried;
-    after `sum_up` of the state s, whose rewards vary by `reward_squares[s]` beside it.
+    The sum of their squared distances, with those of rewards that differ where the outcome is the
+    same, and the number of samples minus that of the actions tried.
     """
     workspace, squares, freedom = state.workspace, 0.0, 0.0
     for a in range(count_actions(config.actions)):
@@ -75,6 +76,8 @@ def squares_around_means(config: KernelConfig, state: LearnerState) -> tuple[flo
             squares += workspace[a, SQUARE_SUM] - workspace[a, VALUE_SUM] / n * workspace[
                 a, VALUE_SUM]
             freedom += n - 1.0
+    for a in range(count_actions(config.actions)):
+        squares += state.reward_squares[s, a]
     return squares, freedom
 
 

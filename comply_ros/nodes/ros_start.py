@@ -30,10 +30,9 @@ class RosStartError(RuntimeError):
     """ROS cannot start here; the message names what is wrong and what to do."""
 
 
-def start_rclpy(argv: Sequence[str],
-                handlers: SignalHandlerOptions = SignalHandlerOptions.NO) -> None:
+def start_rclpy(argv: Sequence[str]) -> None:
     """
-    Start rclpy, without signal handlers of its own by default: they break into callbacks.
+    Start rclpy, without signal handlers of its own: they break into callbacks.
 
     argv: name of the program, then its ROS arguments.
 
@@ -48,7 +47,7 @@ def start_rclpy(argv: Sequence[str],
                 f'environment variable {name} must be 0 or 1, got {printable(value)!r}')
     with rclpy_errors('the arguments after --ros-args must be known and valid: '):
         set_logger_level('rcl', LoggingSeverity.FATAL)  # it logs the same in a line before ours
-        rclpy.init(args=list(argv), signal_handler_options=handlers)
+        rclpy.init(args=list(argv), signal_handler_options=SignalHandlerOptions.NO)
     _set_log_levels()
     domain = rclpy.get_default_context().get_domain_id()
     if domain > LARGEST_DOMAIN:

@@ -25,6 +25,7 @@ from comply_ros.storage.map_name import GARNET, GYM, map_names, NAV2, parse_map_
 from comply_ros.storage.nav2_maps import nav2_rows, nav2_state, read_nav2_map, read_points
 from comply_ros.storage.taxi_racetrack_maps import named_world
 from comply_ros.storage.text_and_yaml_files import load_yaml, read_text, shown, YamlError
+from comply_ros.world.cell_rules import OTHER, RIGHT_ANGLES
 from comply_ros.world.cell_rules_table import table_of
 from comply_ros.world.garnet import garnet_table
 from comply_ros.world.grid import default_step_limit, FREE, Grid, MapError, OBSTACLE
@@ -196,7 +197,7 @@ def _check_slips(table: dict[Any, Any]) -> None:
     """Return if the kind of slips has a meaning; values that it cannot have are left to others."""
     if 'intended' in table:
         return
-    for key, is_valid in (('slips', table.get('slips') in ('other', 'right_angles')),
+    for key, is_valid in (('slips', table.get('slips') in (OTHER, RIGHT_ANGLES)),
                           ('slips_bump', isinstance(table.get('slips_bump'), bool))):
         if is_valid:
             raise MapError(f'a map with {key}: {str(table[key]).lower()} needs the key intended, '

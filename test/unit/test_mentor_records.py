@@ -9,7 +9,7 @@ from tiny_worlds import advised, Bench, room, see
 from comply_ros.learner.action_choice import choose
 from comply_ros.learner.learner_state import ALTERNATIVES, TERMINAL
 from comply_ros.learner.mentor_records import hear_advice
-from comply_ros.learner.model_exploration import doubtful_probability, new_probability
+from comply_ros.learner.model_exploration import exploration_chances
 from comply_ros.learner.prior_values import credence, doubt_of, outcome_spread
 from comply_ros.world.grid import DOWN, LEFT, RIGHT, UP
 
@@ -127,11 +127,11 @@ def test_other_actions_are_worth_no_more_than_tried_advice_of_a_mentor_with_cred
 def test_without_advice_untried_actions_are_explored_and_with_it_as_far_as_it_is_in_doubt(as_run):
     bench = mentored(6.0, 8.0)  # doubt 1 - 6 / 8
     bench.state.q[4] = [0.0, 1.0, 0.0, 0.0]
-    explores = [as_run(new_probability)(4, advised(a), bench.kernel_config, bench.state)
+    explores = [as_run(exploration_chances)(4, advised(a), bench.kernel_config, bench.state)[0]
                 for a in (-1, LEFT, RIGHT)]
     assert explores == pytest.approx([0.4, 0.4, 0.1])
     bench.state.potential[4] = [0.2, 0.0, 0.4, 0.0]
-    doubtful = [as_run(doubtful_probability)(4, advised(a), bench.kernel_config, bench.state)
+    doubtful = [as_run(exploration_chances)(4, advised(a), bench.kernel_config, bench.state)[1]
                 for a in (-1, LEFT, RIGHT)]
     assert doubtful == pytest.approx([0.6, 0.6, 0.15])
 

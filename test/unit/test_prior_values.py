@@ -7,7 +7,7 @@ from tiny_worlds import room
 
 from comply_ros.learner.learner_config import LearnerConfig
 from comply_ros.learner.learner_state import ALTERNATIVES, initial_state
-from comply_ros.learner.model_exploration import new_probability
+from comply_ros.learner.model_exploration import exploration_chances
 from comply_ros.learner.prior_values import credit, expected_untried_value, share_of_advice
 from comply_ros.world.grid import LEFT, RIGHT, UP
 
@@ -74,8 +74,8 @@ def test_where_mentors_agree_less_is_explored():
     config, state = mentored(0.6, 0.6)
     state.pooled[ALTERNATIVES] = 10.0  # nothing is doubted more than its record says
     state.visits[CENTRE, RIGHT], state.q[CENTRE] = 2.0, 0.0
-    alone = new_probability(CENTRE, advised(state, RIGHT, -1), config, state)
-    together = new_probability(CENTRE, advised(state, RIGHT, RIGHT), config, state)
+    alone = exploration_chances(CENTRE, advised(state, RIGHT, -1), config, state)[0]
+    together = exploration_chances(CENTRE, advised(state, RIGHT, RIGHT), config, state)[0]
     assert alone == pytest.approx(0.4 * (1 - 0.6))  # 1 - P
     # P(right) = 0.36 / (0.36 + 3 (0.4 / 3)^2) = 0.871; the product of the doubts is above 1 - P.
     assert together == pytest.approx(0.4 * (1 - 0.36 / (0.36 + 3 * (0.4 / 3) ** 2)))
