@@ -29,7 +29,7 @@ from comply_ros.mentor.several_mentors import joined, split_mentors
 from comply_ros.nodes.lesson_parameters import mentor_node
 from comply_ros.nodes.node_help import NODE_PARAMETERS
 from comply_ros.nodes.node_processes import yaml_for_rcl
-from comply_ros.nodes.parameters import METHOD, PROFILE
+from comply_ros.nodes.parameters import mentor_of_timeout, METHOD, PROFILE
 from comply_ros.numerics.similar_name import did_you_mean
 
 DEFAULT_FILE = PathJoinSubstitution([FindPackageShare('comply_ros'), 'config', 'teach.yaml'])
@@ -45,9 +45,8 @@ ARGUMENTS = (
     ('mentor_seed', '', 'which one of the mentors of this kind; each of several has the next '
      'number'),
     ('budget', '', 'recommendations that the mentor may give; 0: no limit'),
-    ('advice_timeout', '', 'seconds to wait for advice in a state; 0.0: no limit'),
-    ('advice_timeouts', '', "the same for each of several mentors, such as '[0.5, 10.0]'; 0.0: "
-     'that of advice_timeout'),
+    ('advice_timeout', '', 'seconds to wait for advice in a state; 0.0: no limit; for one of '
+     'several mentors: NAME.advice_timeout, such as anna.advice_timeout:=2.0'),
     ('rate', '', 'steps per second; 0: as fast as possible'),
     ('seed', '', 'seed of the random numbers of world and learner'),
     ('iterations', '', 'iterations to learn for; 0: without end'),
@@ -83,13 +82,13 @@ NODES = {
     'grid_world': ('map', 'profile', 'seed', 'rate', 'state_dir'),
     'mentor': ('mentor', 'mentor_seed', 'budget', 'state_dir'),
     'learner': ('method', 'profile', 'seed', 'iterations', 'initial_learning', 'learns',
-                'state_dir', 'end_when_finished', 'advice_timeout', 'advice_timeouts'),
+                'state_dir', 'end_when_finished', 'advice_timeout'),
 }
 RENAMED = {'mentor_seed': 'seed'}  # arguments with another name than their parameter
 # Topics that RViz shows; in a namespace they are remapped.
 VIEW_TOPICS = ('map', 'trust', 'values', 'places', 'mentor', 'policy', 'trail', 'robot')
 NOT_TEXT = ('seed', 'mentor_seed', 'budget', 'rate', 'iterations', 'learns', 'end_when_finished',
-            'advice_timeout', 'advice_timeouts')
+            'advice_timeout')
 MOST_ROBOTS = 64
 HAS_TERMINAL = sys.stdout.isatty()  # then nodes print colors; in a pipe or a file they do not
 INVALID_ARGUMENTS = 2  # exit code of a node; it would fail again
@@ -127,7 +126,9 @@ def write_texts(name: str, texts: dict[str, Any]) -> str:
 def nodes(context: LaunchContext) -> list[Node]:
     """Return the nodes of each robot and the viewers; raises ValueError for what cannot be."""
     warn_of_misspelt(context.argv)
-    given = {name: LaunchConfiguration(name).perform(context) for name, _, _ in ARGUMENTS}
+    timeouts = filter(mentor_of_timeout, context.launch_configurations)
+    given = {name: LaunchConfiguration(name).perform(context)
+             for name in (*(name for name, _, _ in ARGUMENTS), *timeouts)}
     if not Path(given['params_file']).is_file():  # launch would warn, and start without it
         raise ValueError(f'params_file must be a file, got {given["params_file"]!r}')
     find_method(given['method'] or METHOD.default, given['profile'] or PROFILE.default)
@@ -210,12 +211,14 @@ def node_of(executable: str, name: str, given: dict[str, str], parameters: dict[
     parameters: of this node only; they win.
     is_needed: as `end_after` takes it.
     """
-    set_here = [each for each in NODES[executable]
+    timeouts = list(filter(mentor_of_timeout, given)) if executable == 'learner' else []
+    set_here = [each for each in (*NODES[executable], *timeouts)
                 if given[each] and RENAMED.get(each, each) not in parameters]
     values = {RENAMED.get(each, each): ParameterValue(
         TextSubstitution(text=given[each]), value_type=None)
-              for each in set_here if each in NOT_TEXT}
-    texts = {**{each: given[each] for each in set_here if each not in NOT_TEXT}, **parameters}
+              for each in set_here if each in (*NOT_TEXT, *timeouts)}
+    texts = {**{each: given[each] for each in set_here if RENAMED.get(each, each) not in values},
+             **parameters}
     files = [given['params_file'], *([write_texts(name, texts)] if texts else [])]
     respawns = given['respawn'] == 'true'
     return Node(
@@ -236,7 +239,7 @@ def warn_of_misspelt(argv: Iterable[str]) -> None:
     known = [name for name, _, _ in ARGUMENTS]
     for name in (text.partition(':=')[0] for text in argv):
         question = did_you_mean(name, known, before='; ')
-        if question:
+        if question and not mentor_of_timeout(name):
             get_logger('teach.launch.py').warning(
                 f'argument {name!r} is unknown and has no effect{question}')
 

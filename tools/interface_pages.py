@@ -17,7 +17,16 @@ from rclpy.parameter import parameter_value_to_python
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from comply_ros.nodes.node_processes import ended_with_block, NodeProcess, parameter_arguments
-from comply_ros.nodes.parameters import ADVISING, BAG, BUDGET, ENV, Parameter, PORT, TEACH
+from comply_ros.nodes.parameters import (
+    ADVISING,
+    BAG,
+    BUDGET,
+    ENV,
+    OWN_ADVICE_TIMEOUT,
+    Parameter,
+    PORT,
+    TEACH,
+)
 from comply_ros.nodes.ros_start import start_rclpy
 from comply_ros.terminal.interrupts import interrupts
 from comply_ros.terminal.standard_output import standard_output
@@ -43,7 +52,7 @@ NODE_KINDS = (
     NodeKind('mentor', 'mentor', 'mentor'),
     NodeKind('mentor', 'mentor', 'mentor', {BUDGET: 1, ADVISING: 'mistakes'},
              'with a `budget` and `advising:=mistakes`'),
-    NodeKind('learner', 'learner', 'learner'),
+    NodeKind('learner', 'learner', 'learner', {OWN_ADVICE_TIMEOUT: 0.0}),
     NodeKind('viewer', 'viewer', 'viewer'),
     NodeKind('dashboard', 'dashboard', 'dashboard', {PORT: 0, TEACH: 'true'}),
     NodeKind('mentor of the dashboard', 'dashboard', 'mentor',

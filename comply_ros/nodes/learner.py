@@ -22,8 +22,6 @@ from comply_ros.learner.presets import find_method
 from comply_ros.mentor.several_mentors import can_be_mentors, MentorNameError, MOST_MENTORS
 from comply_ros.nodes.clocks import PaceClock, PaceTimer
 from comply_ros.nodes.parameters import (
-    ADVICE_TIMEOUT,
-    ADVICE_TIMEOUTS,
     config_parameters,
     END_WHEN_FINISHED,
     INITIAL_LEARNING,
@@ -39,6 +37,7 @@ from comply_ros.nodes.protocol_node import ProtocolNode
 from comply_ros.nodes.publish_throttle import CostThrottle
 from comply_ros.nodes.spin import run_node
 from comply_ros.nodes.step_compiler import StepCompiler
+from comply_ros.nodes.timeout_parameters import TimeoutParameters
 from comply_ros.nodes.topics import (
     ACTION,
     ANOTHER,
@@ -56,7 +55,6 @@ from comply_ros.nodes.topics import (
     VALUES,
     WORLD,
 )
-from comply_ros.protocol.advice_timeouts import AdviceTimeouts, validate_timeouts
 from comply_ros.protocol.learner import Learner
 from comply_ros.protocol.message_validation import rejected_description
 from comply_ros.protocol.messages import (
@@ -81,9 +79,7 @@ from comply_ros.storage.learning_file import read_learning, save_learning
 from comply_ros.storage.versions import LATER_FIELDS
 from comply_ros.world.planning import state_values
 
-# While it runs.
-CHANGEABLE = {*CONFIG_FIELDS, *(each.name for each in (REMEMBERS_ADVICE, ADVICE_TIMEOUT,
-                                                       ADVICE_TIMEOUTS))}
+CHANGEABLE = {*CONFIG_FIELDS, REMEMBERS_ADVICE.name}  # while it runs, besides timeouts
 
 
 class LearnerNode(ProtocolNode):
@@ -101,8 +97,8 @@ class LearnerNode(ProtocolNode):
         self._refused: set[str] = set()  # names of mentors that cannot join
         self._expected, self._waiting_at_tick = mentors, None  # those that it always waits for
         self._map_throttle = CostThrottle(self.declare(MAP_PERIOD))
-        self._timeouts = AdviceTimeouts(
-            self.declare(ADVICE_TIMEOUT), self.declare(ADVICE_TIMEOUTS), mentors)
+        self._timeout_parameters = TimeoutParameters(self, mentors)
+        self._timeouts = self._timeout_parameters.timeouts()
         self._pace_clock = PaceClock(self)
         self._waiting_since: tuple[StateReward | None, float] = None, 0.0
         self._heard: list[str] = []  # names of the mentors whose topics it subscribes to
@@ -189,12 +185,13 @@ class LearnerNode(ProtocolNode):
                     self.get_logger().warning(f'the mentor {name!r} cannot join: {error}')
 
     def _leave_silent_mentors(self) -> None:
-        """Continue without mentors that were found, and have not answered for a second."""
+        """Continue without mentors that were found, silent for a second, if none has a timeout."""
         waiting, before = self.machine.waiting, self._waiting_at_tick
         self._waiting_at_tick = waiting
         missing = self.machine.missing_mentors()
         if waiting is None or waiting is not before or self.blocked \
-                or not missing or {*missing} & {*self._expected}:
+                or not missing or {*missing} & {*self._expected} \
+                or any(map(self._timeouts.has_own, missing)):
             return
         self.respond((Ignored('no advice in time', f'the mentor {", ".join(missing)} does not '
                               'answer: continues without it until it does'),
@@ -254,9 +251,9 @@ class LearnerNode(ProtocolNode):
         if saved is None:
             return
         machine.load_state_dict(*saved)
+        self._timeout_parameters.declare_named(machine.changes)
         self.set_parameters([RosParameter(name, value=value)
                              for name, value in machine.changes.items()])
-        self._use_timeouts()
         self._home = machine.tracker.description.sha256
         self.get_logger().info(f'continues after {machine.agent.steps} steps '
                                f'({len(saved[2])} entries were in its journal)')
@@ -273,7 +270,7 @@ class LearnerNode(ProtocolNode):
             self._log_finished()
 
     def _follow_settings(self) -> None:
-        """Subscribe to the mentors if they are needed, and look for those that are overdue."""
+        """Subscribe to the mentors if they are needed, and use the parameters of all of them."""
         if self.machine.config.needs_mentor():
             for name in self.machine.expected_mentors:
                 if name not in self._heard:
@@ -282,31 +279,29 @@ class LearnerNode(ProtocolNode):
                                    partial(self.on_recommendation, name))
         if self._timeout_timer:
             self._timeout_timer.destroy()
+        self._timeout_parameters.declare_for(self.machine.expected_mentors)
+        self._timeouts = self._timeout_parameters.timeouts()
         shortest = self._timeouts.shortest()
         self._timeout_timer = PaceTimer(
             self, min(0.1, shortest / 5.0), self._check_timeouts) if shortest else None
 
-    def _use_timeouts(self) -> None:
-        """Wait for each mentor as long as the parameters say."""
-        for_all, each = (self.get_parameter(parameter.name).value
-                         for parameter in (ADVICE_TIMEOUT, ADVICE_TIMEOUTS))
-        self._timeouts = AdviceTimeouts(for_all, each, self._expected)
+    def _changeable(self, values: dict[str, Any]) -> dict[str, Any]:
+        """Return those of the parameters that may change while the node runs."""
+        return {name: value for name, value in values.items()
+                if name in CHANGEABLE or name in self._timeout_parameters}
 
     def _check_changes(self, values: dict[str, Any]) -> None:
         """Return if parameters may be changed so; raises ValueError."""
-        changes = {name: value for name, value in values.items() if name in CHANGEABLE}
+        changes = self._changeable(values)
         self.machine.check_changes(changes)
-        if ADVICE_TIMEOUTS.name in changes:
-            validate_timeouts(changes[ADVICE_TIMEOUTS.name], self._expected)
         if changes and self.checkpointing.error:
             raise ParameterError('a change must be saved before it counts, and this node '
                                  f'{self.checkpointing.error}')
 
     def _change(self, values: dict[str, Any]) -> None:
         """Continue under other settings, which are saved before they count."""
-        changes = {name: value for name, value in values.items() if name in CHANGEABLE}
+        changes = self._changeable(values)
         if changes:
-            self._use_timeouts()
             self.respond(self._with_new_maps(self.machine.change(changes)))
             self._publish_description()
             self._follow_settings()

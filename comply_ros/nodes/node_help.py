@@ -22,7 +22,7 @@ NODE_PARAMETERS: dict[str, tuple[Parameter, ...]] = {
                 *config_parameters(find_method(parameters.METHOD.default,
                                                parameters.PROFILE.default)),
                 parameters.REMEMBERS_ADVICE, parameters.INITIAL_LEARNING, parameters.MAP_PERIOD,
-                parameters.MENTORS, parameters.ADVICE_TIMEOUT, parameters.ADVICE_TIMEOUTS,
+                parameters.MENTORS, parameters.ADVICE_TIMEOUT, parameters.OWN_ADVICE_TIMEOUT,
                 parameters.END_WHEN_FINISHED, parameters.STATE_DIR),
     'teleop_mentor': (parameters.MENTOR._replace(default='none'), parameters.MENTOR_NAME,
                       parameters.MENTOR_SEED, parameters.POLICY_FILE, parameters.PATIENCE,

@@ -29,7 +29,13 @@ from rclpy.parameter import parameter_value_to_python
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.service import Service
 
-from comply_ros.nodes.parameters import KNOWN_NAMES, Parameter, ParameterError, ROS_PARAMETERS
+from comply_ros.nodes.parameters import (
+    KNOWN_NAMES,
+    mentor_of_timeout,
+    Parameter,
+    ParameterError,
+    ROS_PARAMETERS,
+)
 from comply_ros.nodes.ros_start import rclpy_errors
 from comply_ros.numerics.number_text import NUMBER
 from comply_ros.numerics.similar_name import did_you_mean
@@ -72,9 +78,14 @@ class SafeParameterNode(Node):
             if name in self.rejected_parameters:
                 raise ParameterError(self.rejected_parameters[name])
             prefix, dot, _ = name.partition('.')  # rcl has names with dots, as of QoS overrides
-            if name not in KNOWN_NAMES and (not dot or prefix in KNOWN_NAMES):
+            if mentor_of_timeout(name) is None and name not in KNOWN_NAMES \
+                    and (not dot or prefix in KNOWN_NAMES):
                 self.get_logger().warning(f'parameter {name!r} is unknown and has no effect'
                                           + did_you_mean(name, KNOWN_NAMES, before='; '))
+
+    def given_parameters(self) -> list[str]:
+        """Return the names that were given on the command line or in a file."""
+        return list(self._parameter_overrides)
 
     def declare(self, parameter: Parameter) -> Any:
         """Declare a parameter and return its value; raises ParameterError if it is invalid."""

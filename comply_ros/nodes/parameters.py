@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 from comply_ros.learner.learner_config import CONFIG_FIELDS, LearnerConfig
 from comply_ros.learner.presets import METHODS
 from comply_ros.mentor.advice_budget import ADVISING_MODES, UNLIMITED
+from comply_ros.mentor.several_mentors import can_be_mentors
 from comply_ros.numerics.rng import SEED_LIMIT
 from comply_ros.protocol.channel_faults import Faults
 from comply_ros.storage.map_name import OTHER_MAPS
@@ -101,10 +102,9 @@ REMEMBERS_ADVICE = Parameter(
 ADVICE_TIMEOUT = Parameter(
     'advice_timeout', 0.0, 'Seconds to wait for advice in a state before going on without it; 0: '
     'no limit', (0, 3600), read_only=False)
-ADVICE_TIMEOUTS = Parameter(
-    'advice_timeouts', [0.0], 'Seconds to wait for the advice of each of the mentors, in their '
-    'order, such as [0.5, 5.0]; one number is for all of them; 0: advice_timeout',
-    read_only=False)
+OWN_ADVICE_TIMEOUT = Parameter(
+    'NAME.advice_timeout', 0.0, 'Seconds to wait for the advice of the mentor NAME; 0: '
+    'advice_timeout', (0, 3600), read_only=False)
 PATIENCE = Parameter(
     'patience', 1.0, 'While a person steers: seconds that an observation waits for the person, '
     'before the recommendation is no advice', (0.05, 3600), read_only=False)
@@ -166,3 +166,16 @@ ROS_PARAMETERS = (  # of every node, declared by rclpy
     Parameter('start_type_description_service', True, 'Serve the definitions of types'))
 KNOWN_NAMES = {each.name for each in (*globals().values(), *FAULTS, *ROS_PARAMETERS)
                if isinstance(each, Parameter)} | set(CONFIG_FIELDS)
+
+
+def timeout_of(mentor: str) -> Parameter:
+    """Return the parameter for how long a learner waits for a mentor, which has a name."""
+    name = OWN_ADVICE_TIMEOUT.name.replace('NAME', mentor)
+    return OWN_ADVICE_TIMEOUT._replace(
+        name=name, description=OWN_ADVICE_TIMEOUT.description.replace('NAME', mentor))
+
+
+def mentor_of_timeout(name: str) -> str | None:
+    """Return the mentor whose timeout a parameter of this name is; None where it is another."""
+    mentor, _, last = name.rpartition('.')
+    return mentor if last == ADVICE_TIMEOUT.name and mentor and can_be_mentors([mentor]) else None

@@ -3,31 +3,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
-from comply_ros.learner.learner_config import ConfigError
 from comply_ros.protocol.messages import Ignored
 
 NO_LIMIT = 0.0
-LONGEST = 3600.0  # seconds
-
-
-def validate_timeouts(timeouts: Sequence[float], mentors: Sequence[str]) -> None:
-    """
-    Return if these can be the timeouts of the mentors: one for each, or one for all.
-
-    Raises
-    ------
-    ConfigError: otherwise.
-
-    """
-    given = list(timeouts)
-    if len(given) not in (1, len(mentors)):
-        raise ConfigError('advice_timeouts must have one number for each of the mentors '
-                          f'{list(mentors)}, or one for all, got {given}')
-    if not all(0.0 <= each <= LONGEST for each in given):  # false for nan
-        raise ConfigError('advice_timeouts must have numbers of seconds in '
-                          f'[0.0, {LONGEST}], got {given}')
 
 
 class AdviceTimeouts:
@@ -37,20 +17,17 @@ class AdviceTimeouts:
     Parameters
     ----------
     for_all: of those that have none of their own.
-    timeouts: of each mentor, or one for all of them; 0 for none of its own.
-    mentors: their names.
-
-    Raises
-    ------
-    ConfigError: as `validate_timeouts`.
+    own: of mentors by their names; 0 for none of its own.
 
     """
 
-    def __init__(self, for_all: float, timeouts: Sequence[float], mentors: Sequence[str]) -> None:
-        validate_timeouts(timeouts, mentors)
-        each = timeouts if len(timeouts) == len(mentors) else len(mentors) * [timeouts[0]]
+    def __init__(self, for_all: float, own: Mapping[str, float]) -> None:
         self._for_all = for_all
-        self._own = {name: own for name, own in zip(mentors, each) if own != NO_LIMIT}
+        self._own = {name: seconds for name, seconds in own.items() if seconds != NO_LIMIT}
+
+    def has_own(self, mentor: str) -> bool:
+        """Tell whether a mentor has a limit of its own."""
+        return mentor in self._own
 
     def of(self, mentor: str) -> float:
         """Return the seconds to wait for a mentor; 0 for no limit."""

@@ -163,7 +163,7 @@ def kill(node):
 
 def digest_after_change(tmp_path, ask, kills, **changes):
     """Return the digest of a run whose learner's parameters change at one certain question."""
-    more = {'learner': ('-p', f'state_dir:={tmp_path}/state')}
+    more = {'learner': ('-p', f'state_dir:={tmp_path}/state', '-p', 'anna.advice_timeout:=1.0')}
     with nodes(tmp_path, **{name: ARGUMENTS[name] for name in ('grid_world', 'mentor')}) as others:
         ask.pause()
         with nodes(tmp_path, learner=(*ARGUMENTS['learner'], *more['learner'])) as started:
@@ -186,7 +186,7 @@ def digest_after_change(tmp_path, ask, kills, **changes):
 @pytest.mark.parametrize('changes', [
     {'learning_rate': 0.25, 'discount': 0.9}, {'trust': 'scheduled', 'confidence': 0.2},
     {'trace_decay': 0.6, 'remembers_advice': False, 'advice_timeout': 30.0,
-     'advice_timeouts': [20.0]}], ids=str)
+     'anna.advice_timeout': 20.0}], ids=str)
 @pytest.mark.long
 def test_a_change_of_parameters_survives_a_kill(tmp_path, expected, changes):
     found = []
@@ -203,11 +203,12 @@ def test_a_change_of_parameters_survives_a_kill(tmp_path, expected, changes):
     ({'trust': 'faith'}, 'trust must be one of none, scheduled,'),
     ({'replays': True}, 'replays must stay false while a learner runs'),
     ({'advice_timeout': float('nan')}, 'advice_timeout out of range'),
-    ({'advice_timeouts': [1.0, 2.0]}, "must have one number for each of the mentors [''], or one"),
-    ({'advice_timeouts': [-1.0]}, 'advice_timeouts must have numbers of seconds in [0.0, 3600.0]'),
+    ({'anna.advice_timeout': -1.0}, 'anna.advice_timeout out of range'),
+    ({'anna.advice_timeout': float('nan')}, 'anna.advice_timeout out of range'),
+    ({'anna.advice_timeout': 'long'}, 'anna.advice_timeout must be a double such as 1.0, got'),
     ({'learning_rate': float('nan')}, 'learning_rate out of range')], ids=str)
 def test_a_parameter_that_cannot_be_is_refused_with_one_sentence(tmp_path, ask, values, sentence):
-    with nodes(tmp_path, learner=()):
+    with nodes(tmp_path, learner=('-p', 'anna.advice_timeout:=1.0')):
         assert sentence in ask.set('learner', **values)
         name, = values
         assert ask.get('learner', name) == ask.get('learner', name) != values[name]

@@ -55,8 +55,8 @@ def test_it_ends_by_itself_when_the_learner_has_finished(tmp_path, more):
 
 
 def test_a_misspelt_argument_is_named_and_one_of_another_launch_file_is_not(tmp_path):
-    done = launched('mentr:=none', 'robot_name:=r2', 'map:=bar_grid', 'mentor:=optimal',
-                    'iterations:=1', folder=tmp_path)
+    done = launched('mentr:=none', 'robot_name:=r2', 'anna.advice_timeout:=9', 'map:=bar_grid',
+                    'mentor:=optimal', 'iterations:=1', folder=tmp_path)
     log = done.stdout + done.stderr
     assert "argument 'mentr' is unknown and has no effect; did you mean 'mentor'?" in log
     assert log.count('is unknown') == 1
@@ -66,7 +66,7 @@ def test_a_misspelt_argument_is_named_and_one_of_another_launch_file_is_not(tmp_
 @pytest.mark.parametrize('wrong, sentence', [
     ('map:=nowhere', "map 'nowhere': a map must be one of"), ('mentor:=wise', 'a mentor must be'),
     ('seed:=x', 'parameter seed must be an integer'),
-    ('advice_timeouts:=[1.0, 2.0]', 'advice_timeouts must have one number for each of the')])
+    ('anna.advice_timeout:=-1', 'parameter anna.advice_timeout must lie in [0, 3600], got -1')])
 @pytest.mark.parametrize('more', [(), ('respawn:=true',)])
 def test_a_node_that_refuses_a_parameter_fails_the_launch(tmp_path, wrong, sentence, more):
     done = launched(wrong, *more, folder=tmp_path)

@@ -2,15 +2,19 @@
 """A learner with several mentor nodes: named in advance, found while it runs, killed."""
 
 from contextlib import contextmanager
+import time
 
 from lesson_summaries import assert_equal_but_for_time, lesson_summary, trained_summary
 from node_processes import log_has
 import pytest
+from ros_client import ros_client
 from short_training import digest_of
 from waiting import wait_until
 
 import comply_ros
 from comply_ros.nodes.node_processes import run_nodes
+from comply_ros.nodes.topics import ACTION
+from comply_ros.protocol.messages import step_id
 
 pytestmark = pytest.mark.usefixtures('domain')
 
@@ -79,6 +83,66 @@ def test_a_learner_takes_the_mentors_that_it_finds_and_goes_on_without_a_dead_on
         mentors['anna'].check()
 
 
+@pytest.mark.parametrize('given', [('-p', 'bob.advice_timeout:=5.0'), ()])
+def test_a_named_and_a_found_mentor_are_waited_for_for_their_own_times(tmp_path, given):
+    asks = (*ENDLESS, '-p', 'remembers_advice:=false')  # for advice in every step
+    with ros_client() as client, school(tmp_path, (
+            *asks, '-p', 'mentors:=[anna]', '-p', 'anna.advice_timeout:=1.0', *given),
+            ['anna']) as (own, mentors), teachers(tmp_path / 'late', ['bob']) as late:
+        wait_until(log_has(own, 'takes the advice of bob too'), 'the second one joins')
+        if not given:
+            assert client.get('learner', 'bob.advice_timeout') == 0.0
+            assert client.set('learner', **{'bob.advice_timeout': 5.0}) == ''
+        client.subscribe(ACTION)
+        assert 4.0 < seconds_of_silence(client, late['bob'], 4.0) < 10.0
+        wait_until(log_has(own, 'no recommendation of bob came within 5.0 s'), 'reason')
+        assert 0.8 < seconds_of_silence(client, mentors['anna'], 0.8) < 3.0
+
+
+def seconds_of_silence(client, mentor, least):
+    """Kill a mentor; return how long no new action comes then, once that is at least so long."""
+    actions = client.received['action']
+    client.until(lambda: actions, 'actions with the mentor')
+    mentor.kill()
+    newest, since = step_id(actions[-1]), time.monotonic()
+
+    def silence():
+        nonlocal newest, since
+        before = since
+        if step_id(actions[-1]) != newest:  # an action that nobody has answered is repeated
+            newest, since = step_id(actions[-1]), time.monotonic()
+        return since - before > least and since - before
+    return client.until(silence, 'action without the mentor')
+
+
+def test_a_timeout_of_a_found_mentor_survives_a_kill_of_the_learner(tmp_path):
+    with ros_client() as client, school(tmp_path, (
+            *ENDLESS, '-p', f'state_dir:={tmp_path / "state"}'), ['anna', 'bob']) as (own, _):
+        wait_until(log_has(own, 'takes the advice of anna'), 'the mentors are found')
+        client.until(lambda: client.set('learner', **{'bob.advice_timeout': 4.0}) == '',
+                     'parameter of the mentor that was found')
+        wait_until(log_has(own, 'continues with bob.advice_timeout 4.0'), 'change')
+        own.kill()
+        own.start()
+        wait_until(log_has(own, 'continues after'), 'learner again')
+        assert client.get('learner', 'bob.advice_timeout') == 4.0
+
+
+def test_a_timeout_of_a_mentor_that_has_not_come_is_named_and_kept(tmp_path):
+    with ros_client() as client, school(tmp_path, (
+            *ENDLESS, '-p', 'mentors:=[late]', '-p', 'lat.advice_timeout:=1.0', '-p',
+            'carl.advice_timeout:=2', '-p', 'late.advice_timeot:=3.0'), []) as (own, _):
+        later = 'has no effect until a mentor'
+        for text in (
+                f"parameter 'lat.advice_timeout' {later} lat joins; did you mean 'late'?",
+                f"parameter 'carl.advice_timeout' {later} carl joins\n",
+                "parameter 'late.advice_timeot' is unknown and has no effect; the only one of a "
+                "mentor is 'late.advice_timeout'"):
+            wait_until(log_has(own, text), text)
+        assert client.get('learner', 'carl.advice_timeout') == 2.0
+        assert client.get('learner', 'late.advice_timeout') == 0.0
+
+
 def test_a_mentor_that_is_named_is_waited_for_by_name(tmp_path):
     with school(tmp_path, (*ENDLESS, '-p', 'mentors:=[anna, bob]'), ['anna']) as (own, _):
         wait_until(log_has(own, 'is the mentor bob running?'), 'it says for whom it waits')
@@ -86,21 +150,17 @@ def test_a_mentor_that_is_named_is_waited_for_by_name(tmp_path):
 
 def test_a_mentor_with_a_timeout_of_its_own_is_left_and_the_others_are_waited_for(tmp_path):
     with school(tmp_path, (*ENDLESS, '-p', 'mentors:=[anna, bob]', '-p',
-                           'advice_timeouts:=[0.0, 0.05]'), []) as (own, _):
+                           'bob.advice_timeout:=0.05'), []) as (own, _):
         wait_until(log_has(own, 'no recommendation of bob came within 0.05 s'), 'bob is left')
         wait_until(log_has(own, 'waits for a recommendation in state'), 'anna is not')
         assert 'is the mentor anna running?' in own.log.read_text()
 
 
 @pytest.mark.parametrize('learner, message', [
-    ('advice_timeouts:=[1, 2]', "advice_timeouts must have one number for each of the mentors "
-     "[''], or one for all, got [1.0, 2.0]"),
-    ('advice_timeouts:=[-1.0]', 'advice_timeouts must have numbers of seconds in [0.0, 3600.0], '
-     'got [-1.0]'),
-    ('advice_timeouts:=[.nan]', 'advice_timeouts must have numbers of seconds in [0.0, 3600.0], '
-     'got [nan]'),
-    ('advice_timeouts:=[one]', 'parameter advice_timeouts must be a list of doubles such as '
-     "[0.5, 2.0], got ['one']"),
+    ('bob.advice_timeout:=-1.0', 'parameter bob.advice_timeout must lie in [0, 3600], got -1.0'),
+    ('bob.advice_timeout:=.nan', 'parameter bob.advice_timeout must lie in [0, 3600], got nan'),
+    ('bob.advice_timeout:=one', "parameter bob.advice_timeout must be a double such as 1.0, got "
+     "'one'"),
     ('mentors:=[anna, anna]', "each mentor must have a name of its own, got 'anna' twice"),
     ('mentors:=[a b]', "the name of a mentor must be a letter, then letters, digits and single "
      "underscores between them, got 'a b'")])

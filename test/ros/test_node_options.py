@@ -16,8 +16,9 @@ pytestmark = pytest.mark.usefixtures('domain')
 
 SMALL = ('-p', 'map:=bar_grid')
 SLOW = (*SMALL, '-p', 'rate:=2.0')  # while others are looked at
-STARTED = {'grid_world': SLOW, 'mentor': ('-p', 'mentor:=optimal'), 'learner': (), 'viewer': (),
-           'fault_injector': (), 'dashboard': ('-p', 'port:=0', '-p', 'teach:=false')}
+STARTED = {'grid_world': SLOW, 'mentor': ('-p', 'mentor:=optimal'),
+           'learner': ('-p', 'NAME.advice_timeout:=0.0'), 'viewer': (), 'fault_injector': (),
+           'dashboard': ('-p', 'port:=0', '-p', 'teach:=false')}
 OVERRIDE = 'qos_overrides./progress.publisher.depth'
 
 

@@ -94,8 +94,8 @@ def test_every_field_of_a_method_is_a_parameter_with_a_description(tmp_path, nod
         'grid_world': {'map', 'profile', 'seed', 'rate', 'state_dir'},
         'mentor': {'mentor', 'name', 'seed', 'budget', 'advising', 'robots', 'state_dir'},
         'learner': {'method', 'profile', 'seed', 'map_period', 'remembers_advice',
-                    'advice_timeout', 'advice_timeouts', 'initial_learning', 'end_when_finished',
-                    'state_dir', 'mentors', *CONFIG_FIELDS}}
+                    'advice_timeout', 'initial_learning', 'end_when_finished', 'state_dir',
+                    'mentors', *CONFIG_FIELDS}}
     with nodes(tmp_path, grid_world=(), mentor=(), learner=()):
         for name, names in expect.items():
             listed = call(node, ListParameters, f'/{name}/list_parameters')
