@@ -9,10 +9,12 @@ import numpy as np
 
 from comply_ros.dashboard.dashboard_node import PageState
 from comply_ros.plots.running_mean import running_mean
-from comply_ros.protocol.run_reports import LearningCurve, RunReports
+from comply_ros.protocol.iteration_curve import IterationCurve
+from comply_ros.protocol.run_reports import RunReports
 
 PERIOD = 0.4  # least seconds between two drawings: a chart is more work for a browser than a grid
-BLUE, GREEN, ORANGE, GREY = '#2b8fd6', '#009E73', '#E69F00', '#8a919c'  # on light and on dark
+# On light and on dark.
+BLUE, GREEN, ORANGE, GREY, PALE = '#2b8fd6', '#009E73', '#E69F00', '#8a919c', '#8a919c66'
 
 
 class CurvePanel:
@@ -24,7 +26,7 @@ class CurvePanel:
         with ui.column().classes('panel'):
             ui.label('Learning').classes('panel-title')
             self._progress = ui.label().classes('number').props('data-testid=progress')
-            self._chart = ui.echart(chart_options(LearningCurve(), None, None),
+            self._chart = ui.echart(chart_options(IterationCurve(), None, None),
                                     renderer='svg').classes('w-full chart').style('height: 230px')
             self._references = ui.label().classes('soft number').props(
                 'data-testid=reference-returns')
@@ -60,9 +62,9 @@ def reference_text(optimal: float | None, mentor: float | None) -> str:
     return 'expected return: ' + ', '.join(known) if known else ''
 
 
-def chart_options(curve: LearningCurve, optimal: float | None, mentor: float | None) -> dict:
+def chart_options(curve: IterationCurve, optimal: float | None, mentor: float | None) -> dict:
     """Options of a chart of the curve, with a line for each expected return that is known."""
-    x, y = list(curve.iterations), list(curve.returns)
+    x, y = list(curve.iterations), list(curve.values)
     alone = len(x) == 1  # a line of one point cannot be seen
     references = [(f'{name} {value:.2f}', value, colour, dash) for name, value, colour, dash in (
         ('optimal', optimal, GREEN, 'solid'), ('mentor', mentor, ORANGE, 'dashed'))
@@ -70,19 +72,27 @@ def chart_options(curve: LearningCurve, optimal: float | None, mentor: float | N
     end = max(x[-1] if x else 0, 10)
     low, high = bounds(y, [value for _, value, *_ in references])
     return {
+        **chart_frame(['learner', *(name for name, *_ in references)]),
+        'xAxis': axis('iteration', 1, end, 'middle', 24, False),
+        'yAxis': axis('', low, high, 'end', 0, True),
+        'series': [
+            line('each', zip(x, y), BLUE, width=1, opacity=0.5),
+            line('learner', zip(x, running_mean(y).tolist()), BLUE, width=2.5, symbols=alone),
+            *(line(name, [(1, value), (end, value)], colour, dash=dash, z=1)
+              for name, value, colour, dash in references)]}
+
+
+def chart_frame(names: list[str]) -> dict:
+    """Options of a chart besides its axes and lines: the legend with these names, the tooltip."""
+    return {
         'animation': False, 'textStyle': {'fontFamily': 'Roboto, sans-serif'},
         'grid': {'left': 46, 'right': 12, 'top': 30, 'bottom': 36},
         'legend': {'top': 0, 'left': 8, 'icon': 'roundRect', 'itemWidth': 16, 'itemHeight': 4,
-                   'textStyle': {'color': GREY}, 'selectedMode': False,
-                   'data': ['learner', *(name for name, *_ in references)]},
-        'tooltip': {'trigger': 'axis', ':valueFormatter': '(value) => value.toFixed(2)'},
-        'xAxis': _axis('iteration', 1, end, 'middle', 24, False),
-        'yAxis': _axis('', low, high, 'end', 0, True),
-        'series': [
-            _line('each', zip(x, y), BLUE, width=1, opacity=0.5),
-            _line('learner', zip(x, running_mean(y).tolist()), BLUE, width=2.5, symbols=alone),
-            *(_line(name, [(1, value), (end, value)], colour, dash=dash, z=1)
-              for name, value, colour, dash in references)]}
+                   'type': 'scroll', 'pageIconColor': GREY, 'pageIconInactiveColor': PALE,
+                   'pageTextStyle': {'color': GREY},
+                   'textStyle': {'color': GREY}, 'selectedMode': False, 'data': names},
+        'tooltip': {'trigger': 'axis', ':valueFormatter':
+                    "(value) => value == null ? '-' : value.toFixed(2)"}}
 
 
 def bounds(returns: list[float], references: list[float]) -> tuple[float, float]:
@@ -102,7 +112,8 @@ def bounds(returns: list[float], references: list[float]) -> tuple[float, float]
     return float(np.floor(low - margin)), float(np.ceil(high + margin))
 
 
-def _axis(name: str, low: float, high: float, location: str, gap: int, grid_lines: bool) -> dict:
+def axis(name: str, low: float, high: float, location: str, gap: int, grid_lines: bool) -> dict:
+    """Options of an axis from `low` to `high`."""
     return {'type': 'value', 'minInterval': 1, 'min': low, 'max': high,
             'name': name, 'nameLocation': location, 'nameGap': gap,
             'nameTextStyle': {'color': GREY},
@@ -111,8 +122,9 @@ def _axis(name: str, low: float, high: float, location: str, gap: int, grid_line
             'splitLine': {'show': grid_lines, 'lineStyle': {'color': GREY, 'opacity': 0.2}}}
 
 
-def _line(name: str, points: Any, colour: str, width: float = 1.5, opacity: float = 1.0,
-          dash: str = 'solid', z: int = 2, symbols: bool = False) -> dict:
+def line(name: str, points: Any, colour: str, width: float = 1.5, opacity: float = 1.0,
+         dash: str = 'solid', z: int = 2, symbols: bool = False) -> dict:
+    """Options of a line through points (x, y); it has a gap where y is None."""
     return {'type': 'line', 'name': name, 'data': [list(point) for point in points], 'z': z,
             'showSymbol': symbols, 'symbolSize': 8, 'clip': True, 'itemStyle': {'color': colour},
             'lineStyle': {'color': colour, 'width': width, 'opacity': opacity, 'type': dash}}

@@ -80,8 +80,8 @@ class GridPanel:
         if several:
             self._draw('mentor', 'mentors', known, reports.policy)
         else:
-            (trust, policy, _), = known.values()
-            self._draw('mentor', 'mentor', policy, trust, reports.policy)
+            mentor, = known.values()
+            self._draw('mentor', 'mentor', mentor.policy, mentor.trust, reports.policy)
 
     def _make_picture(self, world: World) -> None:
         """Make the picture of a world, without arrows and robot."""

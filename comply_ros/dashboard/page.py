@@ -8,6 +8,7 @@ from typing import Any
 
 from nicegui import app, ui
 
+from comply_ros.dashboard.confidence_panel import ConfidencePanel
 from comply_ros.dashboard.control_panel import ControlPanel
 from comply_ros.dashboard.curve_panel import CurvePanel
 from comply_ros.dashboard.dashboard_node import DashboardNode
@@ -111,8 +112,8 @@ def build_page(node: DashboardNode, seat: MentorSeat) -> None:
                 if mentor_thread:
                     panels.append(MentorPanel(mentor_thread, grid.paint_tool))
             with ui.column().classes('side'):
-                panels += [CurvePanel(), ControlPanel(node), PicturePanel(node), HealthPanel(),
-                           ParametersPanel(node)]
+                panels += [CurvePanel(), ConfidencePanel(), ControlPanel(node), PicturePanel(node),
+                           HealthPanel(), ParametersPanel(node)]
 
     def show() -> None:
         for panel in panels:

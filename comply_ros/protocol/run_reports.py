@@ -3,14 +3,14 @@
 
 from __future__ import annotations
 
-from bisect import bisect_left
 from math import isfinite
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from comply_ros.mentor.several_mentors import can_be_mentors, MOST_MENTORS
+from comply_ros.protocol.iteration_curve import IterationCurve
 from comply_ros.protocol.mentor_topics import topic_and_mentor
 from comply_ros.protocol.messages import (
     Action,
@@ -30,30 +30,6 @@ from comply_ros.protocol.state_maps import (
 )
 from comply_ros.world.mdp import World
 
-MAX_POINTS = 2000  # of a learning curve; a longer one loses every second point
-
-
-class LearningCurve(NamedTuple):
-    """Iterations, ascending, and the mean return of each."""
-
-    iterations: tuple[int, ...] = ()
-    returns: tuple[float, ...] = ()
-
-    def extended(self, msg: Progress) -> LearningCurve:
-        """
-        Return the curve that ends with the iteration of a `Progress`.
-
-        Points from that iteration on are removed: a learner that was reset reports them again.
-        A curve that is too long loses every second point, but never the newest one.
-        """
-        count = bisect_left(self.iterations, msg.iteration)
-        iterations = (*self.iterations[:count], msg.iteration)
-        returns = (*self.returns[:count], msg.mean_return)
-        if count < MAX_POINTS:
-            return LearningCurve(iterations, returns)
-        first = 1 - len(iterations) % 2
-        return LearningCurve(iterations[first::2], returns[first::2])
-
 
 class RunReports:
     """
@@ -68,6 +44,7 @@ class RunReports:
     description, learner: of the world, and of the learner.
     observation, action, episode, progress: the newest ones; `progress` is for all mentors.
     curve: the learning curve.
+    overall_confidence: in the advice that counted, in each iteration; nan where there was none.
     policy, values: arrays over all states.
     mentors: what is known of each mentor, by name; '' for one without a name.
     advice: of each mentor, the newest recommended action by state.
@@ -83,7 +60,7 @@ class RunReports:
         self.action: Action | None = None
         self.episode: Episode | None = None
         self.progress: Progress | None = None
-        self.curve = LearningCurve()
+        self.curve = self.overall_confidence = IterationCurve()
         self.policy: NDArray[Any] | None = None
         self.values: NDArray[Any] | None = None
         self.mentors: dict[str, MentorReports] = {}
@@ -116,6 +93,16 @@ class RunReports:
         confidence = self.of_mentor(name).confidence if several else \
             self.progress and self.progress.confidence
         return None if confidence is None or confidence != confidence else confidence
+
+    def confidence_curve(self, name: str) -> IterationCurve:
+        """
+        Return the confidence in a mentor in each iteration; nan in one without its advice.
+
+        That in the first mentor begins when it was the only one, before others joined.
+        """
+        own = self.of_mentor(name).curve
+        is_first = name == self.mentor_names()[0]
+        return self.overall_confidence.followed_by(own) if is_first else own
 
     def _change_mentor(self, name: str, **fields: Any) -> None:
         """Store what is known of a mentor now, if there can be one more of this name."""
@@ -162,9 +149,13 @@ class RunReports:
         is_unnamed = (len(own) > 1 and '' in own and self.progress is not None
                       and self.progress.iteration == msg.iteration)
         if msg.mentor or is_unnamed:
-            self._change_mentor(msg.mentor, confidence=msg.confidence)
+            curve = self.of_mentor(msg.mentor).curve.extended(msg.iteration, msg.confidence)
+            self._change_mentor(msg.mentor, confidence=msg.confidence, curve=curve)
             return
-        self.progress, self.curve = msg, self.curve.extended(msg)
+        self.progress = msg
+        self.curve = self.curve.extended(msg.iteration, msg.mean_return)
+        self.overall_confidence = self.overall_confidence.extended(
+            msg.iteration, msg.confidence)
         if self._history:
             self.progress_by_iteration[msg.iteration] = msg
 

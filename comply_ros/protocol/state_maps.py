@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from comply_ros.mentor.policy_validation import PolicyError, validate_policy
+from comply_ros.protocol.iteration_curve import IterationCurve
 from comply_ros.protocol.mentor_topics import name_of_mentor
 from comply_ros.world.mdp import World
 
@@ -25,13 +26,14 @@ class MentorReports(NamedTuple):
     ----------
     trust: `p[s]`, the learner's confidence in it. policy: `a[s]` that it published.
     confidence: with several mentors, the mean over the decisions of the last iteration that had
-        its advice; nan where none had.
+        its advice; nan where none had. curve: that of each iteration.
 
     """
 
     trust: NDArray[Any] | None = None
     policy: NDArray[Any] | None = None
     confidence: float | None = None
+    curve: IterationCurve = IterationCurve()
 
 
 NOTHING = MentorReports()

@@ -5,40 +5,21 @@ import pytest
 
 from comply_ros.dashboard.curve_panel import bounds, chart_options
 from comply_ros.plots.running_mean import running_mean
-from comply_ros.protocol import run_reports
-from comply_ros.protocol.messages import Progress
-from comply_ros.protocol.run_reports import LearningCurve
-
-
-def progress(iteration, mean_return=0.0):
-    """Return a `Progress` of a training without end."""
-    return Progress(1, iteration, 0, 15, 100 * iteration, mean_return, 0.5, 1.0, False)
+from comply_ros.protocol.iteration_curve import IterationCurve
 
 
 def curve_of(*iterations):
     """Return a curve after these iterations."""
-    curve = LearningCurve()
+    curve = IterationCurve()
     for iteration in iterations:
-        curve = curve.extended(progress(iteration, float(iteration)))
+        curve = curve.extended(iteration, float(iteration))
     return curve
-
-
-def test_an_iteration_that_is_reported_again_replaces_those_from_it_on():
-    assert curve_of(1, 2, 3, 2).iterations == (1, 2)
-    assert curve_of(1, 2, 3, 1).returns == (1.0,)  # the learner was reset
-
-
-def test_a_long_curve_loses_every_second_point_but_not_its_newest(monkeypatch):
-    monkeypatch.setattr(run_reports, 'MAX_POINTS', 10)
-    curve = curve_of(*range(1, 101))
-    assert len(curve.iterations) <= 10 and curve.iterations[-1] == 100
-    assert curve.returns == tuple(map(float, curve.iterations))
 
 
 def test_expected_returns_are_lines_where_they_are_known():
     names = [line['name'] for line in chart_options(curve_of(1, 2), 5.84, None)['series']]
     assert names == ['each', 'learner', 'optimal 5.84']
-    options = chart_options(LearningCurve(), 5.84, -13.824)
+    options = chart_options(IterationCurve(), 5.84, -13.824)
     assert options['series'][-1]['data'] == [[1, -13.824], [10, -13.824]]
 
 

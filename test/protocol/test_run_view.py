@@ -8,6 +8,7 @@ import pytest
 from tiny_worlds import grid
 
 from comply_ros.mentor.several_mentors import MOST_MENTORS
+from comply_ros.protocol.iteration_curve import IterationCurve
 from comply_ros.protocol.mentor_topics import name_of_mentor
 from comply_ros.protocol.messages import (
     Episode,
@@ -21,7 +22,7 @@ from comply_ros.protocol.messages import (
     Trust,
     Values,
 )
-from comply_ros.protocol.run_reports import LearningCurve, MAX_POINTS, RunReports
+from comply_ros.protocol.run_reports import RunReports
 from comply_ros.protocol.run_view import RunView
 from comply_ros.protocol.state_maps import NOTHING, OF_MENTOR, STATE_MAPS
 from comply_ros.protocol.world_description import describe_world
@@ -212,7 +213,7 @@ def test_the_confidence_in_each_mentor_is_no_result_of_an_iteration():
         msg = progress(7, iteration, float(iteration))
         for name, confidence in (('', 0.5), ('anna', 0.25), ('bob', float('nan'))):
             reports.add('progress', msg._replace(mentor=name, confidence=confidence))
-    assert reports.curve == LearningCurve((1, 2), (1.0, 2.0))
+    assert reports.curve == IterationCurve((1, 2), (1.0, 2.0))
     assert (reports.progress.mentor, list(reports.progress_by_iteration)) == ('', [1, 2])
     assert [reports.confidence_in(name) for name in ('anna', 'bob')] == [0.25, None]
 
@@ -230,6 +231,30 @@ def test_the_confidence_in_the_only_mentor_is_that_of_the_iteration():
     assert reports.confidence_in('') is None
     reports.add('progress', progress(7, 1))
     assert reports.confidence_in('') == 0.5
+
+
+def test_the_confidence_in_each_mentor_is_a_curve_over_the_iterations():
+    reports = RunReports()
+    reports.add('method', learner('anna', 'bob'))
+    for iteration in (1, 2, 3, 2):  # it is reset after the third
+        for name, confidence in (('', 0.5), ('anna', 0.25 * iteration), ('bob', 0.1)):
+            reports.add('progress', progress(7, iteration)._replace(
+                mentor=name, confidence=confidence))
+    assert reports.confidence_curve('anna') == IterationCurve((1, 2), (0.25, 0.5))
+    assert reports.confidence_curve('bob') == IterationCurve((1, 2), (0.1, 0.1))
+    assert reports.confidence_curve('carl') == IterationCurve()
+
+
+def test_the_curve_of_the_first_mentor_begins_before_others_joined():
+    reports = RunReports()
+    for iteration in (1, 2):
+        reports.add('progress', progress(7, iteration))
+    assert reports.confidence_curve('') == IterationCurve((1, 2), (0.5, 0.5))
+    reports.add('method', learner('anna', 'bob'))
+    for name, confidence in (('', 0.6), ('anna', 0.7), ('bob', 0.2)):
+        reports.add('progress', progress(7, 3)._replace(mentor=name, confidence=confidence))
+    assert reports.confidence_curve('anna') == IterationCurve((1, 2, 3), (0.5, 0.5, 0.7))
+    assert reports.confidence_curve('bob') == IterationCurve((3,), (0.2,))
 
 
 @pytest.mark.parametrize('mentors, policies, names', [
@@ -270,17 +295,3 @@ def test_names_that_no_mentor_can_have_are_passed_over_and_so_are_too_many(view)
 def test_a_progress_that_cannot_be_right_is_passed_over(view, fields):
     view.receive('progress', progress(7, 1)._replace(**fields))
     assert view.reports.progress is None
-
-
-def test_a_curve_starts_again_with_a_learner_that_was_reset():
-    curve = LearningCurve()
-    for iteration in (1, 2, 3, 1):
-        curve = curve.extended(progress(7, iteration, float(iteration)))
-    assert curve == LearningCurve((1,), (1.0,))
-
-
-def test_a_long_curve_loses_every_second_point_but_never_the_newest():
-    curve = LearningCurve()
-    for iteration in range(1, 3 * MAX_POINTS):
-        curve = curve.extended(progress(7, iteration))
-        assert len(curve.iterations) <= MAX_POINTS and curve.iterations[-1] == iteration
