@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`plot BAG`: draws learning curve, trust map and episode lengths of a recorded training."""
+"""`plot BAG`: draws learning curve, confidence, trust map and episode lengths of a training."""
 
 import argparse
 from pathlib import Path
@@ -38,7 +38,8 @@ def add_message(reports: RunReports, topic: str, msg: Any) -> RunReports:
 
 def main(argv: list[str]) -> int:
     """Run the command; return the exit code."""
-    parser = bag_parser('plot', 'Draw learning curve, trust map and episode lengths of a bag.')
+    parser = bag_parser(
+        'plot', 'Draw learning curve, confidence, trust map and episode lengths of a bag.')
     parser.add_argument('--out', metavar='DIR', help='(default: BAG-pictures, beside the bag)')
     options = parser.parse_args(argv[1:])
     return guarded('plot', (BagError, OutputError, PlanningError), lambda: run(options))
@@ -82,6 +83,10 @@ def draw(reports: RunReports, folder: Path) -> list[Path]:
                  for number in range(1, max(progress) + 1)]  # nan: not in the bag
         pictures.append(folder / 'learning_curve.png')
         training_plots.draw_learning_curve(pictures[-1], np.array([curve]), summary)
+    confidences = {name: reports.confidence_curve(name) for name in mentors}
+    if any(each.is_known for each in confidences.values()):
+        pictures.append(folder / 'confidence.png')
+        training_plots.draw_confidence_curves(pictures[-1], confidences, summary)
     shown = [m for m in range(len(mentors)) if trusts[m] is not None and advices[m] is not None]
     if shown:
         pictures.append(folder / 'trust_map.png')

@@ -101,6 +101,8 @@ class TrainingResult:
         `advice[m * n_states + s]`.
     seed: of world and learner.
     returns: mean return of each iteration.
+    confidences: `confidences[m, iteration]`, mean confidence in the advice of mentor m over the
+        decisions that had some; nan where none had.
     steps: actions taken.
     wall_seconds: that it took.
     learned: what the learner has learned.
@@ -112,6 +114,7 @@ class TrainingResult:
     advice: NDArray[Any]
     seed: int
     returns: NDArray[np.float64]
+    confidences: NDArray[np.float64]
     steps: int
     wall_seconds: float
     learned: Learned
@@ -180,8 +183,9 @@ class TrainingResult:
 
     def outcome(self) -> dict[str, Any]:
         """Return the numbers of this seed, as `summarize` takes them."""
-        return {'seed': self.seed, 'returns': self.returns.tolist(), 'steps': self.steps,
-                'wall_seconds': self.wall_seconds, 'digest': self.digest,
+        return {'seed': self.seed, 'returns': self.returns.tolist(),
+                'confidences': dict(zip(self.learned.mentors, self.confidences.tolist())),
+                'steps': self.steps, 'wall_seconds': self.wall_seconds, 'digest': self.digest,
                 'policy_return': self.policy_return}
 
     def plot(self, path: str | os.PathLike[str] | None = None) -> Figure:
@@ -232,14 +236,15 @@ def train_seed(training: TrainingSpec, reference: AnyReturns, advice: NDArray[An
     mentors = {name: AdviceBudget(world, row, training.budget, training.advising)
                for name, row in zip(training.spec.by_name(), rows)}
     with training_in(world, training.map_name, mentors, config, seed, training.initial) as process:
-        start, returns, steps = time.perf_counter(), [], 0
+        start, returns, confidences, steps = time.perf_counter(), [], [], 0
         for _ in range(config.iterations):
             iteration = process.iterate()
             returns.append(iteration.mean_return)
+            confidences.append(iteration.confidences or (iteration.confidence,))
             steps += iteration.steps
             on_iteration(iteration)
             if stop is not None and stop.is_set():
                 return None
         seconds = time.perf_counter() - start
-        return TrainingResult(training, reference, advice, seed, np.array(returns), steps,
-                              seconds, process.learned())
+        return TrainingResult(training, reference, advice, seed, np.array(returns),
+                              np.array(confidences).T, steps, seconds, process.learned())

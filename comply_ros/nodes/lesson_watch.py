@@ -68,6 +68,7 @@ class LessonWatch:
             advice = mentor_policy(options.spec, World(options.source), options.mentor_seed)
         return advice, {
             'seed': options.seed, 'returns': [msg.mean_return for msg in monitor.progress],
+            'confidences': monitor.confidences(),
             'steps': monitor.progress[-1].steps, 'wall_seconds': seconds,
             'digest': digest, 'other_mentors': self._others}
 

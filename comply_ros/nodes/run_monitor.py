@@ -4,6 +4,7 @@
 from collections import deque
 from collections.abc import Callable, Sequence
 from functools import partial
+from math import nan
 from pathlib import Path
 import time
 from typing import Any
@@ -92,6 +93,7 @@ class RunMonitor(SafeParameterNode):
         self._pace: deque[tuple[float, int]] = deque(maxlen=RATE_ITERATIONS)
         self._topics: dict[str, Any] = {}
         self._iterations_before = 0
+        self._confidences: dict[tuple[int, str, int], float] = {}  # by run, mentor, iteration
         self._first_progress = 0.0
         self._subscribe(WORLD, self._on_world)
         self._subscribe_to_iterations()
@@ -103,9 +105,21 @@ class RunMonitor(SafeParameterNode):
 
     @property
     def finished(self) -> bool:
-        """Whether the learner has reported its last iteration, and the advice is known."""
+        """Whether the learner has reported all of its last iteration, and the advice is known."""
         return bool(self.progress) and self.progress[-1].finished and (
-            self._run in self._advised or self._external == 'mentor')
+            self._run in self._advised or self._external == 'mentor') and (
+            self._external == 'learner' or self._knows_confidences(self.progress[-1]))
+
+    def confidences(self) -> dict[str, list[float]]:
+        """Return the confidence in each mentor in each iteration; nan where none was reported."""
+        if len(self._mentors) == 1:
+            return {self._mentors[0]: [msg.confidence for msg in self.progress]}
+        return {name: [self._confidences.get((msg.run, name, msg.iteration), nan)
+                       for msg in self.progress] for name in self._mentors}
+
+    def _knows_confidences(self, msg: Progress) -> bool:
+        return len(self._mentors) == 1 or all(
+            (msg.run, name, msg.iteration) in self._confidences for name in self._mentors)
 
     @property
     def own_run_known(self) -> bool:
@@ -260,12 +274,13 @@ class RunMonitor(SafeParameterNode):
 
         Its confidence in each of several mentors is no result of its own.
         """
-        if msg.mentor:
-            return
         if self._run is None and msg.run not in self._worlds:
             self._early.append(msg)  # its world may still come
             return
         if self._run not in (None, msg.run) or not is_possible_progress(msg):
+            return
+        if msg.mentor:
+            self._confidences[msg.run, msg.mentor, msg.iteration] = msg.confidence
             return
         done = len(self.progress)
         if msg.iteration != done + 1 or done and msg.steps <= self.progress[-1].steps:

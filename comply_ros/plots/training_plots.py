@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The pictures of a training: learning curve, trust map, lengths of the episodes."""
+"""The pictures of a training: learning curve, confidence, trust map, lengths of episodes."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -24,15 +24,18 @@ from comply_ros.plots.grid_plot import (
     trust_figure,
     write_picture,
 )
+from comply_ros.plots.mentor_marks import mentor_color, NO_NAME
 from comply_ros.plots.mentor_panels import trust_panels
 from comply_ros.plots.running_mean import running_mean, window_of
 from comply_ros.plots.state_plot import state_trust_figure
 from comply_ros.protocol.messages import Episode
 from comply_ros.world.mdp import World
 
-LEGEND_TOP = 0.8  # inches from the bottom of a picture
+BELOW_AXES = 0.5  # inches from the axes to the legend
+ROW = 0.2  # inches of a row of a legend
 MANY = 5  # lines of which three names side by side can be wider than the picture
 Summary = Mapping[str, Any]  # of a run, as in `summary.json`
+Curves = Mapping[str, tuple[Sequence[int], Sequence[float]]]
 
 
 def draw_learning_curve(path: Path, curves: NDArray[np.float64], summary: Summary) -> None:
@@ -69,6 +72,30 @@ def learning_curve_figure(curves: NDArray[np.float64], summary: Summary) -> Figu
                          label=f'{name} ({level:.2f})')
     axes.set(xlabel=f'iteration ({summary["episodes"]} episodes each)',
              ylabel='mean return of an episode', xlim=(1, max(2, len(iterations))))
+    _add_legend(axes)
+    return figure
+
+
+def draw_confidence_curves(path: Path, curves: Curves, summary: Summary) -> None:
+    """Write a PNG of a `confidence_figure`."""
+    write_picture(confidence_figure(curves, summary), path)
+
+
+def confidence_figure(curves: Curves, summary: Summary) -> Figure:
+    """
+    Return a figure of the confidence in each mentor per iteration, a line for each in its color.
+
+    curves: iterations and confidences of each mentor by its name, which may be '' of the only one;
+        nan where no decision of an iteration had its advice. summary: of the run.
+    """
+    figure, axes = _new_axes(summary, ROW * max(0, (len(curves) + 1) // 2 - 3))
+    for m, (name, (iterations, confidences)) in enumerate(curves.items()):
+        axes.plot(iterations, confidences, color=mentor_color(m), linewidth=1.8,
+                  marker='.' if len(iterations) == 1 else None,
+                  label=name or (NO_NAME if len(curves) > 1 else 'mentor'))
+    last = max((max(iterations, default=0) for iterations, _ in curves.values()), default=0)
+    axes.set(xlabel=f'iteration ({summary["episodes"]} episodes each)',
+             ylabel='mean confidence in the advice', xlim=(1, max(2, last)), ylim=(-0.02, 1.02))
     _add_legend(axes)
     return figure
 
@@ -125,9 +152,10 @@ def trust_map_figure(world: World, advice: NDArray[Any], confidence: NDArray[np.
     return draw(world, title, advice, confidence, visited)
 
 
-def _new_axes(summary: Summary) -> tuple[Figure, Axes]:
-    figure = Figure(figsize=(8, 5.2))
-    axes = place_axes(figure, 0.9, 1.3, 6.9, 3.5)
+def _new_axes(summary: Summary, legend_height: float = 0.0) -> tuple[Figure, Axes]:
+    """Return a figure and its axes; legend_height: inches more than a short legend needs."""
+    figure = Figure(figsize=(8, 5.2 + legend_height))
+    axes = place_axes(figure, 0.9, 1.3 + legend_height, 6.9, 3.5)
     set_title(axes, f'{summary["method"]} on {summary["map"]}, mentor {summary["mentor"]}')
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.spines[['top', 'right']].set_visible(False)
@@ -145,6 +173,7 @@ def _smooth_label(name: str, count: int, unit: str) -> str:
 def _add_legend(axes: Axes) -> None:
     """Explain the lines below the axes, where it covers none."""
     figure, (handles, labels) = axes.get_figure(True), axes.get_legend_handles_labels()
+    top = axes.get_position().y0 * figure.get_figheight() - BELOW_AXES
     figure.legend(handles, labels, loc='upper center', ncols=3 if len(labels) < MANY else 2,
-                  bbox_to_anchor=(0.5, LEGEND_TOP / figure.get_figheight()), fontsize=9,
+                  bbox_to_anchor=(0.5, top / figure.get_figheight()), fontsize=9,
                   labelcolor=INK, framealpha=1.0, edgecolor=PALE, fancybox=False)

@@ -3,6 +3,7 @@
 
 from collections.abc import Mapping, Sequence
 import json
+from math import isnan
 from pathlib import Path
 import tempfile
 from typing import Any
@@ -15,7 +16,8 @@ from comply_ros.world.reference_returns import AnyReturns
 COMPARED = 'convergence_threshold', 'time_to_convergence', 'reward_ratio', 'regret'
 UNKNOWN = ('mentor_return', 'mentor_optimality', 'optimal_return', 'random_return', *COMPARED,
            'policy_return')  # what needs a model of the world
-FILES = ('summary.json', 'learning.npz', 'learning_curve.png', 'trust_map.png', 'mentor.txt')
+FILES = ('summary.json', 'learning.npz', 'learning_curve.png', 'confidence.png', 'trust_map.png',
+         'mentor.txt')
 
 
 class OutputError(ValueError):
@@ -48,8 +50,8 @@ def prepare_folder(path: str | Path) -> Path:
 
 def summarize(training: TrainingSpec, reference: AnyReturns,
               mentor_returns: Mapping[str, float | None], *,
-              seed: int, returns: list[float], steps: int, wall_seconds: float,
-              digest: str | None, policy_return: float | None,
+              seed: int, returns: list[float], confidences: Mapping[str, Sequence[float]],
+              steps: int, wall_seconds: float, digest: str | None, policy_return: float | None,
               other_mentors: int = 0, best_of_mentors_return: float | None = None,
               ) -> dict[str, Any]:
     """
@@ -58,6 +60,7 @@ def summarize(training: TrainingSpec, reference: AnyReturns,
     reference: returns of the world. Where they are not known, neither is what is compared with
         them: it is None, and `unknown` has the names.
     mentor_returns: exact expected return of each mentor's policy by its name; empty without one.
+    confidences: mean confidence in each mentor in each iteration; nan without its advice.
     returns: mean return of each iteration; convergence, ratio and regret are of those that learn.
     digest: of the learner's arrays; None for a learner that does not save them.
     policy_return: exact expected return of the policy that was learned, None without it.
@@ -81,12 +84,21 @@ def summarize(training: TrainingSpec, reference: AnyReturns,
         'initial_learning': training.initial_learning, 'settings': training.settings,
         'steps': steps, 'wall_seconds': wall_seconds,
         'steps_per_second': steps / wall_seconds, 'return_per_iteration': list(returns),
+        'confidence_per_iteration': known_confidences(confidences),
         **compared,
         'final_return': returns[-1], 'policy_return': policy_return, 'digest': digest,
         'other_mentors': other_mentors,
         'mentor_returns': dict(mentor_returns) if len(mentor_returns) > 1 else {},
         'best_of_mentors_return': best_of_mentors_return,
         'unknown': list(UNKNOWN) if reference.optimal_return is None else []}
+
+
+def known_confidences(confidences: Mapping[str, Sequence[float]],
+                      ) -> dict[str, list[float | None]]:
+    """Return confidences by mentor with None in place of nan; empty where all of them are nan."""
+    table = {name: [None if isnan(value) else value for value in values]
+             for name, values in confidences.items()}
+    return table if any(value is not None for row in table.values() for value in row) else {}
 
 
 def compared_with(optimal_return: float | None, profile: str,

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The results of a training: summary, pictures and table, the same for `train` and `lesson`."""
 
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import contextmanager
 import gc
@@ -26,8 +26,8 @@ from comply_ros.world.reference_returns import AnyReturns
 PLOTS = 'comply_ros.plots.training_plots'  # loaded when it is used: it loads matplotlib
 Plot = Callable[..., Future]  # called with the name of a function of PLOTS, and its arguments
 PER_SEED = ('seed', 'steps', 'wall_seconds', 'steps_per_second', 'return_per_iteration',
-            'time_to_convergence', 'reward_ratio', 'regret', 'final_return',
-            'policy_return', 'digest')
+            'confidence_per_iteration', 'time_to_convergence', 'reward_ratio', 'regret',
+            'final_return', 'policy_return', 'digest')
 
 
 def plot_here(name: str, *arguments: Any) -> Future:
@@ -128,6 +128,10 @@ def draw_pictures(training: TrainingSpec, folder: Path, reference: AnyReturns,
     curves = np.array([each['returns'] for each in outcomes])
     curve, trust = folder / 'learning_curve.png', folder / 'trust_map.png'
     plots = {curve: plot('draw_learning_curve', curve, curves, summary)}
+    confidences = mean_confidences([each['confidences'] for each in outcomes])
+    if confidences:
+        picture = folder / 'confidence.png'
+        plots[picture] = plot('draw_confidence_curves', picture, confidences, summary)
     if training.spec.kind != 'none' and advice is not None and training.config.needs_mentor() \
             and outcomes[0]['digest'] is not None:
         with np.load(folder / 'learning.npz') as learned:
@@ -137,3 +141,16 @@ def draw_pictures(training: TrainingSpec, folder: Path, reference: AnyReturns,
     for path, done in plots.items():
         done.result()
         yield path
+
+
+def mean_confidences(outcomes: Sequence[Mapping[str, Sequence[float]]],
+                     ) -> dict[str, tuple[Sequence[int], Sequence[float]]]:
+    """Return iterations and mean confidence over seeds of each mentor; empty where all are nan."""
+    rows = np.array([list(each.values()) for each in outcomes])  # [seed, mentor, iteration]
+    known = np.isfinite(rows)
+    if not known.any():
+        return {}
+    count = known.sum(axis=0)
+    means = np.where(known, rows, 0.0).sum(axis=0) / np.where(count, count, np.nan)
+    iterations = range(1, rows.shape[-1] + 1)
+    return {name: (iterations, mean) for name, mean in zip(outcomes[0], means)}

@@ -73,8 +73,8 @@ def test_a_mentor_with_little_advice_gives_the_same_over_topics(tmp_path, argv):
 def test_a_lesson_leaves_results_logs_and_its_parameters(tmp_path):
     lesson_summary(tmp_path, *SMALL)
     assert sorted(os.listdir(tmp_path)) == [
-        'grid_world.log', 'learner.log', 'learning.npz', 'learning_curve.png', 'mentor.log',
-        'mentor.txt', 'parameters.yaml', 'summary.json', 'trust_map.png']
+        'confidence.png', 'grid_world.log', 'learner.log', 'learning.npz', 'learning_curve.png',
+        'mentor.log', 'mentor.txt', 'parameters.yaml', 'summary.json', 'trust_map.png']
     for name in ('grid_world', 'mentor', 'learner'):
         assert 'Traceback' not in (tmp_path / f'{name}.log').read_text()
 

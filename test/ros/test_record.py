@@ -58,7 +58,7 @@ def test_a_lesson_is_recorded_replayed_and_plotted(tmp_path):
     pictures = run('plot', str(bag), '--out', str(tmp_path / 'pictures'))
     assert pictures.returncode == 0, pictures.stderr
     assert sorted(os.listdir(tmp_path / 'pictures')) == [
-        'episode_lengths.png', 'learning_curve.png', 'trust_map.png']
+        'confidence.png', 'episode_lengths.png', 'learning_curve.png', 'trust_map.png']
 
 
 @pytest.mark.long

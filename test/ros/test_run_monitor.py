@@ -3,6 +3,7 @@
 
 from contextlib import nullcontext
 from dataclasses import replace
+from math import nan
 import time
 from types import SimpleNamespace
 
@@ -172,6 +173,8 @@ def test_a_lesson_with_several_mentors_waits_for_the_advice_of_each_in_their_ord
         bench.world(7)
         for iteration in (1, 2, 3):
             bench.progress(7, iteration)
+        for name in ('bob', 'anna'):
+            bench.progress(7, 3, mentor=name)
         bench.advice(7, (1, 0, -1), 'anna')
         assert not bench.monitor.finished
         bench.advice(7, ADVICE, 'bob')
@@ -196,3 +199,34 @@ def test_repeated_skipped_and_invalid_iterations_are_ignored(bench):
     bench.progress(7, 2, steps=10)
     bench.progress(7, 2)
     assert [(msg.iteration, msg.steps) for msg in bench.monitor.progress] == [(1, 10), (2, 20)]
+
+
+def test_a_lesson_with_several_mentors_has_not_finished_before_the_confidence_in_each_is_known(
+        domain):
+    rclpy.init()
+    try:
+        bench = Bench(mentors=('anna', 'bob'))
+        bench.world(7)
+        for name in ('anna', 'bob'):
+            bench.advice(7, name=name)
+        for iteration in (1, 2, 3):
+            bench.progress(7, iteration)
+            bench.progress(7, iteration, mentor='anna', confidence=0.25 * iteration)
+            if iteration != 2:
+                assert not bench.monitor.finished
+                bench.progress(7, iteration, mentor='bob', confidence=0.5)
+        assert bench.monitor.finished
+        confidences = bench.monitor.confidences()
+        assert confidences['anna'] == [0.25, 0.5, 0.75]
+        assert confidences['bob'] == pytest.approx([0.5, nan, 0.5], nan_ok=True)
+    finally:
+        rclpy.try_shutdown()
+
+
+def test_the_confidence_in_the_only_mentor_is_that_of_the_iteration(bench):
+    bench.world(7)
+    bench.advice(7)
+    for iteration in (1, 2, 3):
+        bench.progress(7, iteration, confidence=0.25 * iteration)
+    assert bench.monitor.finished
+    assert bench.monitor.confidences() == {'': [0.25, 0.5, 0.75]}

@@ -25,26 +25,27 @@ def drawn(bag, *argv):
     return sorted(path.name for path in folder.iterdir())
 
 
-ALL = ['episode_lengths.png', 'learning_curve.png', 'trust_map.png']
+ALL = ['confidence.png', 'episode_lengths.png', 'learning_curve.png', 'trust_map.png']
 
 
 def test_the_pictures_are_written_beside_the_bag(messages, tmp_path, capsys):
     assert drawn(write_bag(tmp_path / 'bag', messages)) == ALL
     assert capsys.readouterr().out.splitlines() == [
         str(tmp_path / 'bag-pictures' / name)
-        for name in ('learning_curve.png', 'trust_map.png', 'episode_lengths.png')]
+        for name in ('learning_curve.png', 'confidence.png', 'trust_map.png',
+                     'episode_lengths.png')]
 
 
 def test_a_bag_that_was_cut_off_is_drawn_as_far_as_it_was_read(messages, tmp_path, capsys):
     bag = write_bag(tmp_path / 'bag', messages, chunk=50)
     path = bag / 'bag.mcap'
     path.write_bytes(path.read_bytes()[:path.stat().st_size * 3 // 5])
-    assert drawn(bag, '--out', tmp_path / 'out') == ALL[:2]
+    assert drawn(bag, '--out', tmp_path / 'out') == ALL[:3]
     assert 'was cut off' in capsys.readouterr().err
 
 
 @pytest.mark.parametrize('missing, pictures', [
-    ('progress', [ALL[0], ALL[2]]), ('episode', ALL[1:]), ('trust', ALL[:2]),
+    ('progress', [ALL[1], ALL[3]]), ('episode', [ALL[0], *ALL[2:]]), ('trust', ALL[:3]),
     ('method', ALL)])
 def test_a_picture_without_its_messages_is_not_drawn(messages, tmp_path, missing, pictures):
     bag = write_bag(tmp_path / 'bag', [each for each in messages if each[0] != missing])
@@ -64,6 +65,21 @@ def _drawn_trust(folder, mentors):
     messages = [each for each in run.messages if each[0] not in ('progress', 'episode')]
     assert drawn(write_bag(folder, messages)) == ['trust_map.png']
     return folder.with_name(f'{folder.name}-pictures') / 'trust_map.png'
+
+
+def test_the_confidence_in_each_mentor_of_a_bag_is_drawn(tmp_path, monkeypatch):
+    shown = {}
+    draw = plot.training_plots.draw_confidence_curves
+    monkeypatch.setattr(plot.training_plots, 'draw_confidence_curves',
+                        lambda path, curves, summary: (shown.update(curves),
+                                                       draw(path, curves, summary)))
+    run = SimulatedRun(iterations=3, episodes=4, mentors=('anna', 'bob'))
+    assert 'confidence.png' in drawn(write_bag(tmp_path / 'bag', run.messages))
+    assert {name: curve.iterations for name, curve in shown.items()} == {
+        'anna': (1, 2, 3), 'bob': (1, 2, 3)}
+    reported = [msg.confidence for topic, msg in run.messages
+                if topic == 'progress' and msg.mentor == 'bob']
+    assert shown['bob'].values == tuple(reported)
 
 
 def test_the_curve_starts_again_with_a_new_learner(messages):

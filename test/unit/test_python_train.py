@@ -179,7 +179,8 @@ def test_a_table_is_a_world_to_train_in(of_machine, tmp_path):
     assert of_machine.reference.optimal_return == pytest.approx(4.0)
     folder = of_machine.save(tmp_path / 'out')
     assert {each.name for each in folder.iterdir()} == {
-        'summary.json', 'learning.npz', 'learning_curve.png', 'trust_map.png', 'mentor.txt'}
+        'summary.json', 'learning.npz', 'learning_curve.png', 'confidence.png', 'trust_map.png',
+        'mentor.txt'}
     assert (folder / 'mentor.txt').read_text().split()[::2] == ['0', '1']
     assert json.loads((folder / 'summary.json').read_text())['digest'] == of_machine.digest
 

@@ -5,9 +5,10 @@ import gc
 import os
 
 import numpy as np
+from numpy import nan
 import pytest
 
-from comply_ros.terminal.run_report import plot_here, plot_process
+from comply_ros.terminal.run_report import mean_confidences, plot_here, plot_process
 
 SUMMARY = {'optimal_return': 1.0, 'mentor_return': None, 'episodes': 2, 'method': 'sarsa',
            'map': 'maze', 'mentor': 'none'}
@@ -60,3 +61,16 @@ def test_the_other_process_does_not_delete_the_garbage_of_this_one(tmp_path, mon
         assert not (tmp_path / 'deleted').exists()
     gc.collect()
     assert (tmp_path / 'deleted').read_text() == f'{os.getpid()}\n'
+
+
+def test_the_confidence_in_each_mentor_is_the_mean_of_the_seeds_that_know_it():
+    curves = mean_confidences([{'anna': [0.5, nan, nan], 'bob': [nan, nan, nan]},
+                               {'anna': [1.0, 0.25, nan], 'bob': [nan, nan, nan]}])
+    assert list(curves) == ['anna', 'bob']  # each keeps its color
+    iterations, means = curves['anna']
+    assert list(iterations) == [1, 2, 3]
+    np.testing.assert_array_equal(means, [0.75, 0.25, nan])
+
+
+def test_there_is_no_confidence_where_no_seed_knows_any():
+    assert mean_confidences([{'': [nan, nan]}]) == {}

@@ -115,7 +115,8 @@ def test_a_command_writes_its_results_and_says_what_is_not_known(tmp_path, capsy
     summary = json.loads((tmp_path / 'summary.json').read_text())
     assert (summary['map'], summary['regret']) == (CAR, [None, None])
     assert {each.name for each in tmp_path.iterdir()} == {
-        'summary.json', 'learning.npz', 'learning_curve.png', 'trust_map.png', 'mentor.txt'}
+        'summary.json', 'learning.npz', 'learning_curve.png', 'confidence.png', 'trust_map.png',
+        'mentor.txt'}
 
 
 def test_what_was_learned_is_a_mentor_and_a_start(result, tmp_path):

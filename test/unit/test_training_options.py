@@ -138,10 +138,12 @@ def test_a_summary_has_its_documented_fields(trained):
     _, summary = trained
     assert set('map profile method mentor mentor_return mentor_optimality optimal_return '
                'random_return seed iterations episodes steps wall_seconds steps_per_second '
-               'return_per_iteration time_to_convergence reward_ratio regret final_return '
-               'policy_return initial_learning digest'.split()) <= set(summary)
+               'return_per_iteration confidence_per_iteration time_to_convergence reward_ratio '
+               'regret final_return policy_return initial_learning digest'.split()) <= set(summary)
     assert (summary['iterations'], summary['episodes']) == (3, 4)
     assert len(summary['return_per_iteration']) == 3
+    confidences, = summary['confidence_per_iteration'].values()
+    assert len(confidences) == 3 and all(0.0 < each < 1.0 for each in confidences)
     assert summary['final_return'] == summary['return_per_iteration'][-1]
     assert summary['regret'] == pytest.approx(
         sum(summary['optimal_return'] - value for value in summary['return_per_iteration'][1:]))
@@ -163,7 +165,7 @@ def test_learning_npz_has_the_arrays_of_the_learner(trained):
 
 def test_pictures_are_drawn(trained):
     folder, _ = trained
-    for name in ('learning_curve.png', 'trust_map.png'):
+    for name in ('learning_curve.png', 'confidence.png', 'trust_map.png'):
         assert (folder / name).read_bytes()[:8] == b'\x89PNG\r\n\x1a\n'
         assert (folder / name).stat().st_size > 10_000
 
@@ -171,8 +173,8 @@ def test_pictures_are_drawn(trained):
 def test_the_summary_of_many_seeds_lists_those_of_single_seeds(tmp_path, asked_plots):
     _, many = run(tmp_path / 'many', '--seeds', '3', '--seed', '5')
     singles = [run(tmp_path / str(k), '--seed', str(k))[1] for k in (5, 6, 7)]
-    for key in ('seed', 'steps', 'return_per_iteration', 'regret', 'digest', 'final_return',
-                'time_to_convergence', 'reward_ratio'):
+    for key in ('seed', 'steps', 'return_per_iteration', 'confidence_per_iteration', 'regret',
+                'digest', 'final_return', 'time_to_convergence', 'reward_ratio'):
         assert many[key] == [single[key] for single in singles], key
     assert many['optimal_return'] == singles[0]['optimal_return']
 
@@ -180,18 +182,21 @@ def test_the_summary_of_many_seeds_lists_those_of_single_seeds(tmp_path, asked_p
 def test_the_summary_of_a_training_without_a_mentor_names_none(tmp_path):
     _, summary = run(tmp_path, '--mentor', 'none', '--method', 'sarsa')
     assert summary['mentor_return'] is summary['mentor_optimality'] is None
+    assert summary['confidence_per_iteration'] == {}
     assert not (tmp_path / 'trust_map.png').exists()
+    assert not (tmp_path / 'confidence.png').exists()
 
 
 @pytest.mark.parametrize('name', METHODS['published'])
 def test_every_method_trains_from_the_command_line(tmp_path, monkeypatch, name, asked_plots):
     use_shared_code(monkeypatch, METHODS['published'][name])
     assert run(tmp_path, '--method', name)[1]['method'] == name
-    assert asked_plots == ['draw_learning_curve', 'draw_trust_map'][
-        :2 if METHODS['published'][name].needs_mentor() else 1]
+    assert asked_plots == ['draw_learning_curve', 'draw_confidence_curves', 'draw_trust_map'][
+        :3 if METHODS['published'][name].needs_mentor() else 1]
 
 
 def test_only_results_are_left_in_the_folder(trained):
     folder, _ = trained
     assert sorted(os.listdir(folder)) == [
-        'learning.npz', 'learning_curve.png', 'mentor.txt', 'summary.json', 'trust_map.png']
+        'confidence.png', 'learning.npz', 'learning_curve.png', 'mentor.txt', 'summary.json',
+        'trust_map.png']

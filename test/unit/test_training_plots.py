@@ -6,7 +6,9 @@ import pytest
 from tiny_worlds import grid
 
 from comply_ros.plots.grid_plot import OBSTACLE, PALE
+from comply_ros.plots.mentor_marks import mentor_color
 from comply_ros.plots.training_plots import (
+    confidence_figure,
     episode_lengths_figure,
     learning_curve_figure,
     trust_map_figure,
@@ -31,7 +33,12 @@ def episode(steps, truncated):
     return Episode._make([0] * len(Episode._fields))._replace(steps=steps, truncated=truncated)
 
 
+CURVES = {f'mentor_{m}': (range(1, 101), np.full(100, m / 16)) for m in range(16)}
+
+
 @pytest.mark.parametrize('figure', [
+    confidence_figure(CURVES, SUMMARY),
+    confidence_figure({'': CURVES['mentor_1']}, SUMMARY),
     learning_curve_figure(np.zeros((1, 100)), SUMMARY),
     learning_curve_figure(np.zeros((5, 100)), SEVERAL),
     episode_lengths_figure([episode(500, True), episode(3, False)] * 50, 500, SUMMARY),
@@ -51,6 +58,17 @@ def test_a_legend_is_in_the_picture_and_covers_nothing(figure):
 def test_the_legend_says_which_line_is_a_running_mean(iterations, texts):
     figure = learning_curve_figure(np.zeros((1, iterations)), SUMMARY)
     assert legend_of(figure) == [*texts, 'optimal (-1234.50)', 'mentor (-2345.60)']
+
+
+def test_each_mentor_has_a_line_of_its_confidence_in_its_color():
+    figure = confidence_figure({'anna': ((1, 2, 3), (0.5, np.nan, 0.75)), '': ((3,), (0.25,))},
+                               SUMMARY)
+    axes, = figure.axes
+    anna, other = axes.lines
+    assert (anna.get_color(), other.get_color()) == (mentor_color(0), mentor_color(1))
+    assert anna.get_ydata()[[0, 2]].tolist() == [0.5, 0.75] and other.get_marker() == '.'
+    assert legend_of(figure) == ['anna', 'without a name']
+    assert (axes.get_xlim(), axes.get_ylim()) == ((1.0, 3.0), (-0.02, 1.02))
 
 
 def test_the_legend_of_a_trust_map_names_what_is_in_the_cells_and_no_more():
