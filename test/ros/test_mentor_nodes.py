@@ -129,9 +129,12 @@ def test_a_timeout_of_a_found_mentor_survives_a_kill_of_the_learner(tmp_path):
 
 
 def test_a_timeout_of_a_mentor_that_has_not_come_is_named_and_kept(tmp_path):
+    file = tmp_path / 'timeouts.yaml'
+    file.write_text('/**/learner: {ros__parameters: {late: {advice_timeout: 2.5}}}')
     with ros_client() as client, school(tmp_path, (
-            *ENDLESS, '-p', 'mentors:=[late]', '-p', 'lat.advice_timeout:=1.0', '-p',
-            'carl.advice_timeout:=2', '-p', 'late.advice_timeot:=3.0'), []) as (own, _):
+            *ENDLESS, '--params-file', str(file), '-p', 'mentors:=[late]', '-p',
+            'lat.advice_timeout:=1.0', '-p', 'carl.advice_timeout:=2', '-p',
+            'late.advice_timeot:=3.0'), []) as (own, _):
         later = 'has no effect until a mentor'
         for text in (
                 f"parameter 'lat.advice_timeout' {later} lat joins; did you mean 'late'?",
@@ -140,7 +143,7 @@ def test_a_timeout_of_a_mentor_that_has_not_come_is_named_and_kept(tmp_path):
                 "mentor is 'late.advice_timeout'"):
             wait_until(log_has(own, text), text)
         assert client.get('learner', 'carl.advice_timeout') == 2.0
-        assert client.get('learner', 'late.advice_timeout') == 0.0
+        assert client.get('learner', 'late.advice_timeout') == 2.5
 
 
 def test_a_mentor_that_is_named_is_waited_for_by_name(tmp_path):
