@@ -69,10 +69,10 @@ class MentorSeat:
         return self.thread.mentor.machine.name if self.thread else ''
 
     def _start(self, name: str) -> None:
-        """Be a mentor of this name, in a node whose name tells it from others too."""
+        """Be a mentor of this name; a new name of the page's node is not that of its mentor."""
         self.thread = MentorThread(HumanMentorNode(
             parameter_overrides=[RosParameter(MENTOR_NAME.name, value=name)],
-            cli_args=['--ros-args', '-r', f'__node:={mentor_node(name)}'] if name else None))
+            cli_args=['--ros-args', '-r', f'__node:={mentor_node(name)}']))
         self._running.enter_context(self.thread.running())
 
     def _end(self) -> None:

@@ -38,12 +38,12 @@ class MentorPanel:
         self._thread, self._mentor = mentor_thread, mentor_thread.mentor
         self._world: World | None = None
         self._shown_steering: bool | None = None
-        name = self._mentor.machine.name
         with ui.column().classes('panel'):
             with ui.row().classes('w-full items-center gap-3'):
                 self._dot = ui.element('div').classes('dot')
-                ui.label(f'You are the mentor {name}'.rstrip()).classes(
-                    'panel-title grow').props('data-testid=title')
+                ui.label('You are the mentor').classes('panel-title')
+                ui.label(self._mentor.machine.name).classes('grow ellipsis').props(
+                    'data-testid=own-name')
                 self._trust = ui.label().classes('number').props('data-testid=trust')
             self._joining = ui.label().props('data-testid=joining')
             self._make_paint_tools(paint_tool)
@@ -120,7 +120,7 @@ class MentorPanel:
                 ui.tooltip('put random actions into this share of the states')
 
     def _make_steering(self) -> None:
-        with ui.row().classes('w-full items-center gap-3 no-wrap') as self._steering_row:
+        with ui.row().classes('w-full items-center gap-3') as self._steering_row:
             self._steering = ui.switch('steer with the arrow keys').props(
                 'dense data-testid=steering').classes('steering-switch')
             self._steering.on('update:model-value', self._on_steering)

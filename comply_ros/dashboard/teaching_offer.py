@@ -97,15 +97,15 @@ def why_no_advice(state: PageState, name: str) -> str:
 
 def patience_text(state: PageState, name: str, patience: float) -> str:
     """
-    Sentence on how long an observation waits for a key of the person.
+    Sentence on how long an observation waits for a key: the learner may wait less than the person.
 
     patience: of the mentor, in seconds.
     """
     expected = state.parameters.get(LEARNER, {}).get(MENTORS.name)
     if expected is None or name in expected.value or patience <= SHORT_WAIT:
         return f'the robot waits {patience:g} s for a key'
-    return (f'the robot waits 1 to 2 s for a key, not {patience:g} s: {MENTORS.name} of the '
-            f'learner does not name {name or "a mentor without a name"}')
+    return (f'the robot waits 1 to 2 s for a key, not {patience:g} s, then goes on until the next '
+            'key')
 
 
 def _count_text(count: int) -> str:

@@ -84,8 +84,8 @@ def test_a_person_reads_until_the_learner_takes_the_advice():
 @pytest.mark.parametrize('mentors, patience, text', [
     (['person', 'anna'], 5.0, 'the robot waits 5 s for a key'),
     (['anna'], 1.0, 'the robot waits 1 s for a key'),
-    (['anna'], 5.0, 'the robot waits 1 to 2 s for a key, not 5 s: mentors of the learner does not '
-     'name person')])
+    (['anna'], 5.0, 'the robot waits 1 to 2 s for a key, not 5 s, then goes on until the next '
+     'key')])
 def test_how_long_a_key_is_waited_for_depends_on_the_learner(mentors, patience, text):
     assert patience_text(state_with(), 'person', 2.5) == 'the robot waits 2.5 s for a key'
     state = state_with()._replace(

@@ -46,7 +46,7 @@ def test_the_launch_file_has_the_documented_arguments_and_all_methods():
                      'advice_timeout', 'advice_timeouts', 'rate', 'seed', 'iterations',
                      'initial_learning', 'learns', 'profile', 'namespace', 'robots',
                      'params_file', 'state_dir', 'respawn', 'end_when_finished', 'viewer', 'rviz',
-                     'dashboard', 'record', 'log_level']
+                     'dashboard', 'teach', 'record', 'log_level']
     choices, renamed = (ast.literal_eval(tables[name]) for name in ('CHOICES', 'RENAMED'))
     assert set(choices) < set(names) and '' not in sum(choices.values(), [])
     for node, arguments in ast.literal_eval(tables['NODES']).items():
