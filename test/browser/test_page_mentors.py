@@ -125,8 +125,9 @@ def test_a_page_that_nobody_has_used_gives_way_to_a_mentor(client, tmp_path, chr
 
 
 def test_a_page_that_is_used_stays_beside_a_mentor(domain, tmp_path, chromium):
-    with running_dashboard(tmp_path) as (_, url):
+    with running_dashboard(tmp_path) as (running, url):
         page = open_page(chromium, url)
+        wait_until(log_has(running['dashboard'], 'follows world'), 'world to paint in')
         page.get_by_test_id('generate').click()
         with nodes(tmp_path / 'other', mentor=RANDOM):
             wait_for(page, 'alarm', '2 mentors speak')
