@@ -7,12 +7,13 @@ from node_processes import log_has, nodes
 import pytest
 import rclpy
 from rclpy.parameter import Parameter
+from ros_client import ros_client
 from waiting import wait_until
 
 from comply_ros.dashboard.dashboard_node import DashboardNode
 from comply_ros.dashboard.mentor_ownership import MentorSeat
-from comply_ros.dashboard.teaching_offer import learner_mentors
-from comply_ros.mentor.several_mentors import MentorNameError
+from comply_ros.dashboard.teaching_offer import joining_text, learner_mentors, teaching_offer
+from comply_ros.mentor.several_mentors import MentorNameError, MOST_MENTORS
 from comply_ros.world.grid import NO_ACTION, RIGHT
 
 WORLD = ['-p', 'map:=bar_grid', '-p', 'rate:=200.0']
@@ -104,6 +105,8 @@ def test_a_person_teaches_beside_mentors_with_names_and_the_learner_goes_on_afte
             updated(node, seat, lambda: node.page_state.run.reports.progress.iteration > first + 3,
                     'iterations without the person')
             assert seat.thread is None
+        with page() as (node, seat):
+            updated(node, seat, lambda: name_of(seat) == 'person', 'the person once more')
 
 
 def test_a_page_is_the_mentor_that_the_learner_was_told_to_wait_for(context, tmp_path):
@@ -140,3 +143,28 @@ def test_a_name_that_is_given_is_used_at_once_and_must_be_one(context):
         assert name_of(seat) == 'eva'
     with pytest.raises(MentorNameError, match="a letter, then letters.*got '2nd'"):
         DashboardNode(parameter_overrides=[Parameter('name', value='2nd')])
+
+
+def test_a_page_beside_a_learner_with_all_the_mentors_that_it_takes_says_so(context, tmp_path):
+    expected = [f'm{number}' for number in range(MOST_MENTORS)]
+    reason = 'the learner has 16 mentors, the most that it takes'
+    with lesson(tmp_path, 'm0', expected=expected) as running, page() as (node, seat):
+        updated(node, seat, lambda: teaching_offer(node.page_state, '') == (
+            f'You watch: {reason}.', '', ''), 'reason')
+        seat.take_over()
+        updated(node, seat, lambda: name_of(seat) == 'person', 'person all the same')
+        assert joining_text(node.page_state, 'person') == f'Your advice has no effect: {reason}.'
+        wait_until(log_has(running['learner'], "the mentor 'person' cannot join"), 'refusal')
+
+
+def test_a_page_beside_a_learner_that_takes_no_advice_says_so_until_it_does(context, tmp_path):
+    learner = [*LEARNER, '-p', 'method:=sarsa']
+    with nodes(tmp_path / 'loop', grid_world=WORLD, learner=learner), \
+            named_mentors(tmp_path, 'anna'), page() as (node, seat):
+        updated(node, seat, lambda: teaching_offer(node.page_state, '') == (
+            'You watch: the learner takes no advice, since its parameter trust is none.', '', ''),
+            'reason')
+        with ros_client() as client:
+            assert client.set('learner', trust='scheduled') == ''
+        updated(node, seat, lambda: teaching_offer(node.page_state, '').button == 'Teach too',
+                'offer')
