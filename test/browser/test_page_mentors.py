@@ -95,7 +95,11 @@ def test_a_person_teaches_beside_mentors_with_names_and_the_learner_goes_on_afte
         page.get_by_test_id('take-over').click()
         page.get_by_test_id('tools').wait_for()
         assert text_of(page, 'own-name') == 'person'
-        wait_until(lambda: not page.get_by_test_id('joining').is_visible(), 'place at the learner')
+        wait_until(log_has(running['dashboard'], 'follows world'), 'world to paint in')
+        wait_until(lambda: 'takes the advice of person too' in running['learner'].log.read_text(),
+                   'place at the learner')
+        page.wait_for_function('() => window.did_handshake')
+        wait_until(lambda: not page.get_by_test_id('joining').is_visible(), 'no sentence on it')
         drag(page, GRID, (0, 0), (10, 0), (10, 9))
         wait_until(lambda: groups(page) == [*map(mentor_color, range(3))], 'arrows of all three')
         wait_for(page, 'trust', r'trust in you \d\.\d\d')
