@@ -64,6 +64,8 @@ ARGUMENTS = (
     ('viewer', 'false', 'publish maps, markers and numbers that RViz and Foxglove show'),
     ('rviz', 'false', 'start RViz and the viewer; needs the package rviz2'),
     ('dashboard', 'false', 'serve the page that shows the run, on http://localhost:8080'),
+    ('teach', 'false', 'whether you may teach on that page: false (it only watches), auto (it '
+     'watches beside mentors, and offers to teach too) or true'),
     ('record', 'false', 'record all messages to a bag in runs/'),
     ('log_level', 'info', 'log level of the nodes'),
 )
@@ -74,6 +76,7 @@ CHOICES = {
     'viewer': ['true', 'false'],
     'rviz': ['true', 'false'],
     'dashboard': ['true', 'false'],
+    'teach': ['auto', 'true', 'false'],
     'record': ['true', 'false'],
     'log_level': ['debug', 'info', 'warn', 'error', 'fatal'],
 }
@@ -265,13 +268,13 @@ def viewers(given: dict[str, str]) -> list[Node]:
 
 
 def observers(given: dict[str, str]) -> list[Node]:
-    """Return the page, which only watches, and the recorder if they are wanted."""
+    """Return the page and the recorder if they are wanted."""
     return [Node(
         package='comply_ros', executable=name, name=name, namespace=given['namespace'],
         parameters=[given['params_file'], values], output='screen', emulate_tty=HAS_TERMINAL,
         on_exit=end_after(name, is_needed=lambda: False),
         arguments=['--ros-args', '--enclave', f'/{name}', '--log-level', given['log_level']])
-        for name, values in (('record', {}), ('dashboard', {'teach': False}))
+        for name, values in (('record', {}), ('dashboard', {'teach': given['teach']}))
         if given[name] == 'true']
 
 

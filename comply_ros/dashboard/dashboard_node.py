@@ -28,6 +28,7 @@ from comply_ros.dashboard.reference_returns_cache import ReferenceReturnsCache
 from comply_ros.dashboard.remote_parameters import RemoteParameter, RemoteParameters
 from comply_ros.dashboard.service_client import ServiceCallError, ServiceClient
 from comply_ros.learner.learner_config import CONFIG_FIELDS
+from comply_ros.mentor.several_mentors import validate_mentor_names
 from comply_ros.nodes import parameters, topics
 from comply_ros.nodes.diagnostics import process_name, TOPIC
 from comply_ros.nodes.node_processes import NodeProcess
@@ -52,7 +53,8 @@ LEARNER_PARAMETERS = {
        for name, field in CONFIG_FIELDS.items()},
     **{each.name: (each.description, each.choices)
        for each in (parameters.REMEMBERS_ADVICE, parameters.ADVICE_TIMEOUT)}}
-PARAMETERS = {WORLD: ('rate',), LEARNER: tuple(LEARNER_PARAMETERS)}  # that the page sets
+# What the page reads; it sets all of them but the last.
+PARAMETERS = {WORLD: ('rate',), LEARNER: (*LEARNER_PARAMETERS, parameters.MENTORS.name)}
 # Of states and actions only the newest counts, and a publisher must never wait for the page.
 NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT,
                     durability=DurabilityPolicy.VOLATILE)
@@ -149,9 +151,11 @@ class DashboardNode(SafeParameterNode):
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__('dashboard', **kwargs)
-        self.address, self.port, self.token_file, self.teach = (
+        self.address, self.port, self.token_file, self.teach, self.mentor_name = (
             self.declare(each) for each in (
-                parameters.ADDRESS, parameters.PORT, parameters.TOKEN_FILE, parameters.TEACH))
+                parameters.ADDRESS, parameters.PORT, parameters.TOKEN_FILE, parameters.TEACH,
+                parameters.PERSON_NAME))
+        validate_mentor_names([self.mentor_name])
         self.page_state, self._start_time = PageState(), time.monotonic()
         self._run_view, self._reference_returns = RunView(), ReferenceReturnsCache()
         self._nodes: dict[str, NodeStatus] = {}
@@ -190,11 +194,6 @@ class DashboardNode(SafeParameterNode):
             self._start_time, self.other_mentors(), self._lesson_nodes.mentor_names,
             self._lesson_nodes.is_name_shared, self._ended(), self.pictures.is_published,
             self.pictures.url)
-
-    def mentor_publishers(self) -> int:
-        """Return how many publishers of recommendations there are."""
-        return self.count_publishers(topics.RECOMMENDATION.name) + len(
-            topics.mentors_found(self))
 
     def other_mentors(self) -> int:
         """

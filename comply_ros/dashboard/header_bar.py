@@ -14,6 +14,7 @@ from comply_ros.dashboard.dashboard_node import (
 from comply_ros.dashboard.mentor_ownership import MentorSeat
 from comply_ros.dashboard.node_discovery import LEARNER, missing_text, WORLD
 from comply_ros.dashboard.service_client import ServiceCallError
+from comply_ros.dashboard.teaching_offer import teaching_offer
 from comply_ros.protocol.messages import WorldDescription
 
 
@@ -21,7 +22,7 @@ class HeaderBar:
     """Title, state of the run, and an alarm that names missing nodes."""
 
     def __init__(self, node: DashboardNode, seat: MentorSeat) -> None:
-        self._seat = seat
+        self._node, self._seat = node, seat
         with ui.row().classes('w-full items-center gap-3 no-wrap'):
             ui.label('comply_ros').classes('text-lg font-semibold')
             self._world = ui.label().classes('soft grow ellipsis')
@@ -33,11 +34,11 @@ class HeaderBar:
                     'flat round dense color=grey aria-label="light or dark"'):
                 ui.tooltip('light or dark')
         with ui.row().classes('w-full items-center gap-3') as self._watching:
-            ui.label('Another mentor is heard, and you watch.').classes('grow')
-            with ui.button('Take over', on_click=seat.take_over).props(
-                    'outline dense no-caps padding="4px 10px" data-testid=take-over'):
-                ui.tooltip('be a mentor too; end the other one, or the learner uses the advice of '
-                           'both')
+            self._offer = ui.label().classes('grow').props('data-testid=offer')
+            with ui.button(on_click=seat.take_over).props(
+                    'outline dense no-caps no-wrap padding="4px 10px" data-testid=take-over') \
+                    as self._take_over:
+                self._hint = ui.tooltip()
         self._start_again = ui.button('Start it again', on_click=node.start_again).props(
             'outline no-caps color=negative data-testid=start-again')
         # At the lower edge of the window: elsewhere it would move what a person paints on.
@@ -52,10 +53,18 @@ class HeaderBar:
         self._run_state.classes(replace=f'number run-state {text}')
         mentors = state.other_mentors + (self._seat.thread is not None)
         self._alarm.text = alarm_text(state, mentors)
-        self._watching.visible = (self._seat.can_take_over and self._seat.thread is None
-                                  and bool(state.other_mentors) and state.mentor_names == ('',))
+        self._show_offer(state)
         self._start_again.visible = bool(state.ended)
         self._alarm.visible = bool(self._alarm.text)
+
+    def _show_offer(self, state: PageState) -> None:
+        """Offer to teach, on a page that watches and may do more."""
+        offer = teaching_offer(state, self._node.mentor_name) \
+            if self._seat.can_take_over and self._seat.thread is None else None
+        self._watching.visible = offer is not None
+        if offer:
+            self._offer.text, self._take_over.text, self._hint.text = offer
+            self._take_over.visible = bool(offer.button)
 
 
 def size_text(world: WorldDescription) -> str:

@@ -5,9 +5,15 @@ from collections.abc import Generator
 from contextlib import contextmanager, ExitStack
 import time
 
+from rclpy.parameter import Parameter as RosParameter
+
 from comply_ros.dashboard.dashboard_node import DashboardNode
 from comply_ros.dashboard.mentor_thread import MentorThread
+from comply_ros.dashboard.teaching_offer import learner_mentors, person_name
+from comply_ros.nodes import topics
 from comply_ros.nodes.human_mentor import HumanMentorNode
+from comply_ros.nodes.lesson_parameters import mentor_node
+from comply_ros.nodes.parameters import MENTOR_NAME
 from comply_ros.world.grid import NO_ACTION
 
 DISCOVERY = 1.0  # seconds in which another mentor is found
@@ -15,17 +21,19 @@ DISCOVERY = 1.0  # seconds in which another mentor is found
 
 class MentorSeat:
     """
-    The human mentor of the page, by the parameter `teach`: `true`, `false` or `auto`.
+    The human mentor of the page, by the parameters `teach` and `name`.
 
-    With `auto` there is one while no other mentor is heard; one who has painted or steers, or who
-    has taken over, stays. `thread` is None while there is none.
+    With `teach:=auto` there is one while no other mentor is heard, and where the learner has a
+    mentor of the person's name that nobody else is; one who has painted or steers, or who has
+    pressed the button, stays. `thread` is None while there is none.
     """
 
     def __init__(self, node: DashboardNode) -> None:
         self.thread: MentorThread | None = None
         self.has_taken_over = False
         self._node, self._running = node, ExitStack()
-        self._alone_since = time.monotonic()
+        self._opened = self._alone_since = time.monotonic()
+        self._mentors: tuple[str, ...] = ()  # of the learner, also of one that starts a run
 
     @contextmanager
     def open(self) -> Generator[None]:
@@ -35,7 +43,7 @@ class MentorSeat:
             yield
 
     def take_over(self) -> None:
-        """Be a mentor beside the other one from the next update on; for any thread."""
+        """Be a mentor beside the others from the next update on; for any thread."""
         self.has_taken_over = True
 
     @property
@@ -47,25 +55,68 @@ class MentorSeat:
         """Start or end the mentor where that is due; raises the error that ended it."""
         if self.thread and self.thread.error:
             raise self.thread.error
-        wanted = self._is_wanted()
-        if wanted and not self.thread:
-            self.thread = MentorThread(HumanMentorNode())
-            self._running.enter_context(self.thread.running())
-        elif self.thread and not wanted:
-            thread, self.thread = self.thread, None
-            self._running.close()
-            thread.mentor.destroy_node()
-            self._node.get_logger().info('another mentor is heard: the page watches')
+        wanted = self._wanted_name()
+        if self.thread and wanted != self._own_name:
+            self._end()
+            if wanted is None:
+                self._node.get_logger().info('another mentor is heard: the page watches')
+        if wanted is not None and not self.thread:
+            self._start(wanted)
 
-    def _is_wanted(self) -> bool:
-        if self._node.teach != 'auto' or self.has_taken_over:
-            return self._node.teach != 'false'
-        if self.thread:
-            return not self._node.other_mentors() or self._is_used()
+    @property
+    def _own_name(self) -> str:
+        """The name of the person while there is one; '' for none."""
+        return self.thread.mentor.machine.name if self.thread else ''
+
+    def _start(self, name: str) -> None:
+        """Be a mentor of this name; a new name of the page's node is not that of its mentor."""
+        self.thread = MentorThread(HumanMentorNode(
+            parameter_overrides=[RosParameter(MENTOR_NAME.name, value=name)],
+            cli_args=['--ros-args', '-r', f'__node:={mentor_node(name)}']))
+        self._running.enter_context(self.thread.running())
+
+    def _end(self) -> None:
+        thread, self.thread = self.thread, None
+        self._running.close()
+        thread.mentor.destroy_node()
+
+    def _wanted_name(self) -> str | None:
+        """Return the name under which a person is the mentor now, None while the page watches."""
+        teach = self._node.teach
+        if teach == 'false':
+            return None
+        if self.thread and (teach == 'true' or self.has_taken_over or self._is_used()):
+            return self._own_name
+        self._mentors = learner_mentors(self._node.page_state) or self._mentors
+        others, given = self._names_of_others(), self._node.mentor_name
+        stays = self.thread and (self._own_name in self._mentors or not any(self._mentors))
+        name = self._own_name if stays else person_name(given, others, self._mentors)
+        if self.has_taken_over:
+            return name
+        if teach == 'true':  # what it is called depends on others, which are found in a moment
+            is_due = bool(given) or time.monotonic() - self._opened >= DISCOVERY
+        else:
+            is_due = self._is_free(name, others)
+        return name if is_due else None
+
+    def _is_free(self, name: str, others: list[str]) -> bool:
+        """Whether the learner lacks the mentor of this name, and has for a moment."""
+        if any(self._mentors):
+            is_free = name in self._mentors and name not in others
+        else:
+            is_free = not (self._node.other_mentors() if self.thread else others)
         now = time.monotonic()
-        if self._node.mentor_publishers():
+        if not is_free:
             self._alone_since = now
-        return now - self._alone_since >= DISCOVERY
+        return is_free and (self.thread is not None or now - self._alone_since >= DISCOVERY)
+
+    def _names_of_others(self) -> list[str]:
+        """Return the names under which other mentors publish; '' for the topic without one."""
+        def publishers(name: str) -> int:
+            return self._node.count_publishers(
+                topics.topic_of_mentor(topics.RECOMMENDATION, name).name)
+        return [name for name in topics.mentors_found(self._node)
+                if not self.thread or name != self._own_name or publishers(name) > 1]
 
     def _is_used(self) -> bool:
         """Whether a person has painted, or steers."""

@@ -14,9 +14,12 @@ from comply_ros.dashboard.header_bar import show_error, succeeds
 from comply_ros.dashboard.mentor_thread import MentorThread
 from comply_ros.dashboard.page_scripts import STEERING, STEERING_KEYS
 from comply_ros.dashboard.paint_tool import FOLLOW, PaintTool
+from comply_ros.dashboard.teaching_offer import joining_text, patience_text
 from comply_ros.mentor.mentor_spec import FROM_FILES, KINDS, LEARNER, MentorError
 from comply_ros.mentor.policy_text import format_policy, parse_policy
+from comply_ros.nodes.parameters import PATIENCE
 from comply_ros.numerics.rng import SEED_LIMIT
+from comply_ros.plots.mentor_marks import mentor_color
 from comply_ros.world.grid import DOWN, LEFT, NO_ACTION, RIGHT, UP
 from comply_ros.world.mdp import World
 
@@ -37,8 +40,12 @@ class MentorPanel:
         self._shown_steering: bool | None = None
         with ui.column().classes('panel'):
             with ui.row().classes('w-full items-center gap-3'):
-                ui.label('You are the mentor').classes('panel-title grow')
+                self._dot = ui.element('div').classes('dot')
+                ui.label('You are the mentor').classes('panel-title')
+                ui.label(self._mentor.machine.name).classes('grow ellipsis').props(
+                    'data-testid=own-name')
                 self._trust = ui.label().classes('number').props('data-testid=trust')
+            self._joining = ui.label().props('data-testid=joining')
             self._make_paint_tools(paint_tool)
             with ui.row().classes('w-full items-center gap-2'):
                 self._make_generator()
@@ -52,12 +59,18 @@ class MentorPanel:
         self._world = world = state.run.world
         self._tools.visible = self._help.visible = world is None or world.model == 'grid'
         self._steering_row.visible = world is None or bool(steering_actions(world))
-        self._trust.text = trust_text(state, self._mentor.machine.name)
+        name, names = self._mentor.machine.name, state.run.reports.mentor_names()
+        self._trust.text = trust_text(state, name)
+        self._joining.text = joining_text(state, name)
+        self._joining.visible = bool(self._joining.text)
+        self._dot.visible = len(names) > 1 and name in names
+        if self._dot.visible:
+            self._dot.style(f'background: {mentor_color(names.index(name))}')
         if self._mentor.steering != self._shown_steering:
             self._shown_steering = self._steering.value = self._mentor.steering
             self._keys.props(f'{STEERING}={str(self._shown_steering).lower()}')
-        patience = self._mentor.get_parameter('patience').value
-        self._patience.text = f'the robot waits {patience:g} s for a key'
+        self._patience.text = patience_text(
+            state, name, self._mentor.get_parameter(PATIENCE.name).value)
 
     def _make_paint_tools(self, paint_tool: PaintTool) -> None:
         with ui.row().classes('w-full items-center gap-2'):
@@ -107,7 +120,7 @@ class MentorPanel:
                 ui.tooltip('put random actions into this share of the states')
 
     def _make_steering(self) -> None:
-        with ui.row().classes('w-full items-center gap-3 no-wrap') as self._steering_row:
+        with ui.row().classes('w-full items-center gap-3') as self._steering_row:
             self._steering = ui.switch('steer with the arrow keys').props(
                 'dense data-testid=steering').classes('steering-switch')
             self._steering.on('update:model-value', self._on_steering)

@@ -82,6 +82,14 @@ def has_files(text: str) -> bool:
     return any(spec.partition(':')[0] in FROM_FILES for spec in split_mentors(text).values())
 
 
+def free_name(name: str, taken: Sequence[str]) -> str:
+    """Return a name, with a number behind it from 2 on where it is taken."""
+    free, number = name, 2
+    while free in taken:
+        free, number = f'{name}_{number}', number + 1
+    return free
+
+
 def _split(text: str) -> list[str]:
     """Return the parts between plus signs; where one is no mentor, it is part of a path."""
     parts: list[str] = []
@@ -100,9 +108,4 @@ def _free_name(spec: str, taken: Sequence[str]) -> str:
     kind, _, value = spec.partition(':')
     stem = value.rpartition('/')[2].partition('.txt')[0].partition('.npz')[0]
     words = re.findall('[A-Za-z0-9]+', stem if stem[:1].isalpha() else f'{kind} {stem}')
-    name = '_'.join(words) or kind
-    number = 2
-    free = name
-    while free in taken:
-        free, number = f'{name}_{number}', number + 1
-    return free
+    return free_name('_'.join(words) or kind, taken)

@@ -29,7 +29,8 @@ NODE_PARAMETERS: dict[str, tuple[Parameter, ...]] = {
                       parameters.STATE_DIR),
     'viewer': (parameters.FRAME, parameters.ROBOT_FRAME, parameters.CELL_SIZE,
                parameters.TRAIL_LENGTH, parameters.ROBOT_RATE, parameters.MAP_RATE),
-    'dashboard': (parameters.ADDRESS, parameters.PORT, parameters.TOKEN_FILE, parameters.TEACH),
+    'dashboard': (parameters.ADDRESS, parameters.PORT, parameters.TOKEN_FILE, parameters.TEACH,
+                  parameters.PERSON_NAME),
     'record': (parameters.BAG, parameters.RECORDED),
     'fault_injector': (parameters.TOPICS, parameters.SEED, parameters.DEPTH, *parameters.FAULTS),
 }

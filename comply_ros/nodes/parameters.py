@@ -158,7 +158,11 @@ TOKEN_FILE = Parameter(
 TEACH = Parameter(
     'teach', 'auto', 'Whether a person teaches on the page, as the node mentor: true, false (the '
     'page only watches) or auto (it watches while another mentor is heard, and offers to take '
-    'over)', choices=('auto', 'true', 'false'))
+    'over, or to teach too where mentors have names)', choices=('auto', 'true', 'false'))
+PERSON_NAME = MENTOR_NAME._replace(
+    description='Name of the person who teaches, as of any mentor: it publishes on '
+    'mentors/NAME/recommendation; empty: on recommendation, and beside mentors with names person, '
+    'or person_2 and so on where that is taken')
 FAULTS = tuple(_from_metadata(field.name, field.default, field.metadata, read_only=True)
                for field in fields(Faults))
 ROS_PARAMETERS = (  # of every node, declared by rclpy

@@ -3,11 +3,12 @@
 
 from argparse import Namespace
 import os
+import re
 import signal
 import subprocess
 import sys
 
-from browser import browser, running_dashboard, url_of, wait_for
+from browser import browser, drag, running_dashboard, text_of, url_of, wait_for
 from node_processes import log_has, nodes, ROOT
 import pytest
 from ros_client import ros_client
@@ -17,8 +18,11 @@ from waiting import DEADLINE, wait_until
 from comply_ros.nodes.node_processes import START
 from comply_ros.nodes.topics import RECOMMENDATION
 from comply_ros.plots.mentor_marks import mentor_color
+from comply_ros.storage.map_files import read_map
+from comply_ros.world.mdp import World
 
 RANDOM = ('-p', 'mentor:=random')
+GRID = World(read_map('bar_grid', 'published')).grid
 
 
 @pytest.fixture
@@ -80,6 +84,39 @@ def test_each_of_several_mentors_has_its_arrows_and_can_be_chosen(domain, tmp_pa
         assert not page.get_by_test_id('alarm').is_visible()
 
 
+def test_a_person_teaches_beside_mentors_with_names_and_the_learner_goes_on_after_it(
+        domain, tmp_path, chromium):
+    with nodes(tmp_path / 'anna', mentor=('-p', 'mentor:=optimal', '-p', 'name:=anna')), \
+            nodes(tmp_path / 'bob', mentor=(*RANDOM, '-p', 'name:=bob')), \
+            running_dashboard(tmp_path, remembers='false') as (running, url):
+        page = open_page(chromium, url)
+        wait_for(page, 'offer', '2 mentors advise, and you watch')
+        assert page.get_by_test_id('tools').count() == 0
+        page.get_by_test_id('take-over').click()
+        page.get_by_test_id('tools').wait_for()
+        assert text_of(page, 'own-name') == 'person'
+        wait_until(log_has(running['dashboard'], 'follows world'), 'world to paint in')
+        wait_until(lambda: 'takes the advice of person too' in running['learner'].log.read_text(),
+                   'place at the learner')
+        page.wait_for_function('() => window.did_handshake')
+        wait_until(lambda: not page.get_by_test_id('joining').is_visible(), 'no sentence on it')
+        drag(page, GRID, (0, 0), (10, 0), (10, 9))
+        wait_until(lambda: groups(page) == [*map(mentor_color, range(3))], 'arrows of all three')
+        wait_for(page, 'trust', r'trust in you \d\.\d\d')
+        wait_for(page, 'mentors', r'(?s)anna.*bob.*person\s+\d\.\d\d')
+        page.set_viewport_size({'width': 390, 'height': 844})
+        assert page.evaluate('document.documentElement.scrollWidth') == 390
+        running['dashboard'].interrupt()
+        running['dashboard'].wait()
+        with nodes(tmp_path / 'other', dashboard=('-p', 'port:=0', '-p', 'teach:=false')) as other:
+            wait_until(log_has(other['dashboard'], 'ready:'), 'page')
+            page = open_page(chromium, url_of(other['dashboard']))
+            first = wait_for(page, 'progress', r'iteration (\d+)')[1]
+            wait_until(lambda: int(re.search(r'iteration (\d+)', text_of(page, 'progress'))[1])
+                       > int(first) + 3, 'iterations without the person')
+            assert not page.get_by_test_id('offer').is_visible()
+
+
 def test_a_page_that_nobody_has_used_gives_way_to_a_mentor(client, tmp_path, chromium):
     with running_dashboard(tmp_path) as (_, url):
         page = open_page(chromium, url)
@@ -91,8 +128,9 @@ def test_a_page_that_nobody_has_used_gives_way_to_a_mentor(client, tmp_path, chr
 
 
 def test_a_page_that_is_used_stays_beside_a_mentor(domain, tmp_path, chromium):
-    with running_dashboard(tmp_path) as (_, url):
+    with running_dashboard(tmp_path) as (running, url):
         page = open_page(chromium, url)
+        wait_until(log_has(running['dashboard'], 'follows world'), 'world to paint in')
         page.get_by_test_id('generate').click()
         with nodes(tmp_path / 'other', mentor=RANDOM):
             wait_for(page, 'alarm', '2 mentors speak')

@@ -45,8 +45,8 @@ def test_the_launch_file_has_the_documented_arguments_and_all_methods():
     assert names == ['map', 'method', 'mentor', 'mentors', 'mentor_seed', 'budget',
                      'advice_timeout', 'rate', 'seed', 'iterations', 'initial_learning',
                      'learns', 'profile', 'namespace', 'robots', 'params_file', 'state_dir',
-                     'respawn', 'end_when_finished', 'viewer', 'rviz', 'dashboard', 'record',
-                     'log_level']
+                     'respawn', 'end_when_finished', 'viewer', 'rviz', 'dashboard', 'teach',
+                     'record', 'log_level']
     choices, renamed = (ast.literal_eval(tables[name]) for name in ('CHOICES', 'RENAMED'))
     assert set(choices) < set(names) and '' not in sum(choices.values(), [])
     for node, arguments in ast.literal_eval(tables['NODES']).items():
