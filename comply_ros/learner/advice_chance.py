@@ -1,13 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Probability that advice is as good as any other action, for a learner with a model."""
 
+import math
+
 from comply_ros.learner.learner_config import KernelConfig
-from comply_ros.learner.learner_state import Array, LearnerState, SCALE
-from comply_ros.learner.outcome_sums import chance_of_higher, sample_sums, TOLERANCE
+from comply_ros.learner.learner_state import Array, CHANGE, LearnerState, SCALE
+from comply_ros.learner.outcome_sums import chance_of_higher, TOLERANCE
 from comply_ros.learner.prior_values import (
     credit,
     outcome_spread,
     record_of,
+    scale_of_rewards,
     share_of_advice,
     usual_probability,
 )
@@ -21,6 +24,9 @@ MOST_RETURNS = 4.0  # to a state in an episode; after more the robot seems to go
 MORE_RETURNS = 24.0  # the same, in addition, times the chance of a slip
 TRUSTED = 0.64  # credit from which on what was never tried does not speak against advice
 NEARLY_SURE = 0.995  # a mentor counts as no more often right than this
+MOST_FREEDOM = 4.0  # degrees of freedom that the variance of one action counts with
+LIKE_OTHERS = 2.0  # samples of the typical variance, beside the own ones of an action
+UNSETTLED = 0.3  # error of a value, of its change from visit to visit, where outcomes are random
 
 
 @kernel
@@ -53,7 +59,7 @@ def advice_chance(s: int, m: int, advice: int, config: KernelConfig, state: Lear
     trust, was_tried = credit(s, m, advice, config, state), state.visits[s, advice] > 1.0
     if was_tried and trust > TRUSTED:
         best = state.q[s, other]
-    if value >= best - SAME * trust * state.pooled[SCALE]:
+    if value >= best - SAME * trust * scale_of_rewards(state.pooled):
         return 1.0
     if not was_tried or state.q[s, other] < best:
         return 0.0
@@ -91,24 +97,48 @@ def chance_as_good(s: int, a: int, other: int, config: KernelConfig,
     """
     Chance that action a of state s is in truth as good as another one, of a higher value.
 
-    See `chance_of_higher`. Before there are samples, one of a standard deviation of `advice_slack`
-    of the largest reward is supposed, or less where outcomes are less random. Changes nothing: it
-    is part of a choice.
+    See `chance_of_higher`. Values are means of samples, with an error each. Besides, where
+    outcomes are random, a value that changes from visit to visit is not known better than that.
+    Changes nothing: it is part of a choice.
     """
-    squares, freedom, mine, others = 0.0, 0.0, 0.0, 0.0
-    for b in range(count_actions(config.actions)):
-        n, total, square_sum = sample_sums(s, b, config, state)
-        if n > 0.0:
-            squares += square_sum - total / n * total
-            freedom += n - 1.0
-        mine, others = n if b == a else mine, n if b == other else others
-    for b in range(count_actions(config.actions)):
-        squares += state.reward_squares[s, b]
-    supposed = config.advice_slack * outcome_spread(state.pooled) * state.pooled[SCALE]
-    variance = (squares + supposed * supposed) / (freedom + 1.0)
-    margin = TOLERANCE * state.pooled[SCALE]
+    variance, margin = typical_variance(s, config, state), TOLERANCE * state.pooled[SCALE]
     if variance <= margin * margin:  # rounding
         return 0.0
-    size = prior_size(config, state)
-    return chance_of_higher(
-        state.q[s, other] - state.q[s, a], variance, mine + size, others + size)
+    change = UNSETTLED * outcome_spread(state.pooled) * state.value_changes[s, CHANGE]
+    error = math.sqrt(squared_error(s, a, variance, config, state)
+                      + squared_error(s, other, variance, config, state) + change * change)
+    return chance_of_higher(state.q[s, other] - state.q[s, a], error)
+
+
+@kernel
+def typical_variance(s: int, config: KernelConfig, state: LearnerState) -> float:
+    """
+    Variance of the values of samples of one action of state s, in the mean over its actions.
+
+    An action with more samples counts more, but none more than one with 5. Besides, one sample of
+    a standard deviation of `advice_slack` of the largest reward is supposed, or less where
+    outcomes are less random.
+    """
+    supposed = config.advice_slack * outcome_spread(state.pooled) * state.pooled[SCALE]
+    total, weights = supposed * supposed, 1.0
+    for a in range(count_actions(config.actions)):
+        freedom = state.visits[s, a] - 2.0
+        if freedom > 0.0:
+            weight = min(freedom, MOST_FREEDOM)
+            total += weight * state.sample_squares[s, a] / freedom
+            weights += weight
+    return total / weights
+
+
+@kernel
+def squared_error(s: int, a: int, variance: float, config: KernelConfig,
+                  state: LearnerState) -> float:
+    """
+    Squared error of the value of action a of state s, which was tried.
+
+    Its samples have a variance of their own, which two samples of the typical variance are added
+    to: an action that hardly varies says nothing of one that was tried three times.
+    """
+    n = state.visits[s, a] - 1.0
+    own = (state.sample_squares[s, a] + LIKE_OTHERS * variance) / (n - 1.0 + LIKE_OTHERS)
+    return own / (n + prior_size(config, state))

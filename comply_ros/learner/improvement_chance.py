@@ -58,12 +58,12 @@ def _doubt_means(s: int, greedy: int, margin: float, config: KernelConfig,
     if freedom <= 0.0 or squares <= margin * margin * freedom:  # rounding
         return
     weight = config.doubt_weight * min(1.0, NO_SLIPS_KNOWN / size)
-    best = workspace[greedy, SAMPLES] + size
+    variance, best = squares / freedom, workspace[greedy, SAMPLES] + size
     for a in range(count_actions(config.actions)):
         if a != greedy and workspace[a, SAMPLES] > 0.0:
+            error = math.sqrt(variance / (workspace[a, SAMPLES] + size) + variance / best)
             state.potential[s, a] = weight * chance_of_higher(
-                state.q[s, greedy] - state.q[s, a], squares / freedom,
-                workspace[a, SAMPLES] + size, best)
+                state.q[s, greedy] - state.q[s, a], error)
 
 
 @kernel

@@ -16,8 +16,8 @@ from comply_ros.world.mdp import World
 
 ONE_MENTOR = ('',)  # the names of the mentors, where there is one without a name
 # Arrays with rows for each mentor.
-OF_MENTORS = ('belief', 'advised', 'advice_agreed', 'advice_seen', 'pool_size', 'pool_listen',
-              'pool_discard', 'followed')
+OF_MENTORS = ('belief', 'advised', 'verdicts', 'advice_agreed', 'advice_seen', 'pool_size',
+              'pool_listen', 'pool_discard', 'followed')
 LISTEN, DISCARD, IN_POOL = range(3)  # belief[s, ...]
 HITS, TRIALS, LARGEST_REWARD, SCALE, ALTERNATIVES = range(5)  # pooled[...]
 IN_USE, FIRST_SCORE, N_SIZES = 0, 1, 6  # prior_sizes[...]; the sizes are powers of 2, from 1 on
@@ -27,6 +27,7 @@ EPISODES, MEAN, LOWEST, HIGHEST = range(4)  # followed[m, ...]
 OUTCOMES, PREDECESSORS = 8, 16  # that a model keeps of each action, and of each state
 COUNT, SUCCESSOR, REWARD = range(3)  # model[s, a, k, ...]
 TERMINAL = -1.0  # successor of an outcome that ends the episode in a terminal state
+EARLIER, CHANGE = range(2)  # value_changes[s, ...]
 SAMPLES, VALUE_SUM, SQUARE_SUM, USUAL, USUAL_COUNT, USUAL_VALUE = range(6)  # workspace[a, ...]
 
 # In a node the fields are memoryviews of the arrays: single elements come three times as fast.
@@ -55,7 +56,8 @@ class LearnerState(NamedTuple):
     guided_stage: how many times a jump start was shortened.
     best_return: the best mean return of an iteration.
     advice_agreed, advice_seen: how often the advice was the best action, of how many times; of
-        each mentor. Both begin with 1.
+        each mentor. Both begin with 1. With a model: the pieces of advice that are good, of those
+        with a verdict; both begin with 4.
     pool_size, pool_listen, pool_discard: number of beliefs in the pool of the prior, and sums; of
         each mentor.
     confidences: `confidences[m]` in each of several mentors at the last decision.
@@ -75,9 +77,15 @@ class LearnerState(NamedTuple):
         outcomes so far with a prior of 1, 2, 4, 8, 16 and 32 samples.
     reward_squares: `reward_squares[s, a]`: sum of the squares of the differences of rewards from
         the mean reward of their outcome.
+    sample_squares: `sample_squares[s, a]`: sum of the squared distances of the values of all
+        samples from their mean, when the state was backed up last.
     values: `values[s]`, of the best action.
+    value_changes: `value_changes[s, EARLIER]`, the value at the last visit, and
+        `value_changes[s, CHANGE]`, running mean of by how much it differs from visit to visit.
     potential: `potential[s, a]`: probability of trying an action that may be better than it looks.
     advised: int64: `advised[s]`, the newest advice, -1 for none; rows as of `belief`.
+    verdicts: int64: `verdicts[s]` on this advice: 1 good, -1 bad, 0 not known; rows as of
+        `belief`.
     predecessors: int64: `predecessors[s]`: a number of states that lead to s, then these states.
     queue: int64: where the first state that waits for a backup is, and how many wait; then a ring
         of states. With a planner: how many wait, then a heap of states, see `promote`.
@@ -124,6 +132,9 @@ class LearnerState(NamedTuple):
     followed_mentor: Array
     prior_sizes: Array
     reward_squares: Array
+    sample_squares: Array
+    value_changes: Array
+    verdicts: Array
 
     def views(self) -> Any:
         """Return memoryviews of the same arrays, by name, for kernels that run as plain Python."""
@@ -208,6 +219,9 @@ def _later_arrays(states: int, n_actions: int, config: LearnerConfig,
             'values': np.zeros(states), 'potential': np.zeros((states, n_actions)),
             'advised': np.full(n_mentors * states, -1), 'workspace': np.zeros((n_actions, 6)),
             'pooled': np.zeros(5), 'reward_squares': np.zeros((states, n_actions)),
+            'sample_squares': np.zeros((states, n_actions)),
+            'value_changes': np.zeros((states, 2)),
+            'verdicts': np.zeros(n_mentors * states, dtype=np.int64),
             'prior_sizes': np.array([2.0 ** USUAL_PLACE] + N_SIZES * [0.0])}
     if config.planner != 'none':
         arrays['priority'] = np.zeros(states)
@@ -228,8 +242,9 @@ LATER_ARRAYS: dict[str, Array] = {
     **{name: np.zeros(0)
        for name in ('pooled', 'values', 'priority', 'confidences', 'prior_sizes')},
     **{name: np.zeros((0, 0))
-       for name in ('half_difference', 'potential', 'workspace', 'followed', 'reward_squares')},
+       for name in ('half_difference', 'potential', 'workspace', 'followed', 'reward_squares',
+                    'sample_squares', 'value_changes')},
     **{name: np.zeros(0, dtype=np.int64)
-       for name in ('advised', 'queue', 'queued', 'followed_mentor')},
+       for name in ('advised', 'verdicts', 'queue', 'queued', 'followed_mentor')},
     'predecessors': np.zeros((0, 0), dtype=np.int64), 'sampled': np.zeros((0, 0, 0)),
     'model': np.zeros((0, 0, 0, 0))}

@@ -13,6 +13,7 @@ from comply_ros.learner.confidence import confidence_map, trusted_advice
 from comply_ros.learner.learner_config import field_text, LearnerConfig
 from comply_ros.learner.learner_state import (
     arranged_state,
+    CHANGE,
     initial_state,
     LearnerState,
     ONE_MENTOR,
@@ -116,6 +117,12 @@ class Learned(NamedTuple):
                  and min(others, default=0) >= 0),
                 ('reward_squares', 'finite and at least 0',
                  (state.reward_squares >= 0) & np.isfinite(state.reward_squares)),
+                ('sample_squares', 'finite and at least 0',
+                 (state.sample_squares >= 0) & np.isfinite(state.sample_squares)),
+                ('value_changes', 'finite, with changes of at least 0',
+                 np.isfinite(state.value_changes).all()
+                 and (state.value_changes[:, CHANGE:] >= 0).all()),
+                ('verdicts', '-1, 0 or 1', np.abs(state.verdicts) <= 1),
                 ('prior_sizes', 'finite, and the one in use above 0',
                  np.isfinite(state.prior_sizes).all() and (state.prior_sizes[:1] > 0).all()),
                 ('values', 'finite', np.isfinite(state.values)),

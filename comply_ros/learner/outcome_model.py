@@ -22,8 +22,12 @@ from comply_ros.learner.learner_state import (
     USUAL_VALUE,
     VALUE_SUM,
 )
-from comply_ros.learner.outcome_sums import sum_up, TOLERANCE
-from comply_ros.learner.prior_values import expected_untried_value, usual_probability
+from comply_ros.learner.outcome_sums import store_sample_squares, sum_up, TOLERANCE
+from comply_ros.learner.prior_values import (
+    expected_untried_value,
+    scale_of_rewards,
+    usual_probability,
+)
 from comply_ros.learner.slip_prior import prior_size, score_sizes
 from comply_ros.numerics.action_values import count_actions, NOTHING
 from comply_ros.numerics.jit import kernel, long_kernel
@@ -146,7 +150,9 @@ def _back_up_and_pass_on(s: int, config: KernelConfig, state: LearnerState) -> N
 @long_kernel('has_model', 0.0)
 def back_up(s: int, config: KernelConfig, state: LearnerState) -> float:
     """
-    Change q[s], values[s] and potential[s]; return by how much values[s] changed.
+    Change what is computed of s: q, values, sample_squares, potential.
+
+    Return by how much values[s] changed.
 
     An action with n samples has the value (2.10) of its counts and of `prior_size` samples more: a
     share p of them the usual outcome, the others as the other actions of the state.
@@ -154,7 +160,8 @@ def back_up(s: int, config: KernelConfig, state: LearnerState) -> float:
     q, visits, workspace = state.q, state.visits, state.workspace
     samples, value_sum, best_value, best_successor = sum_up(s, config, state)
     p, prior, top, greedy = usual_probability(state.pooled), prior_size(config, state), NOTHING, 0
-    cost = TIME_COST * (state.pooled[SCALE] if state.pooled[SCALE] > 0.0 else 1.0)
+    store_sample_squares(s, config, state)
+    cost = TIME_COST * scale_of_rewards(state.pooled)
     for a in range(count_actions(config.actions)):
         if q[s, a] <= NOTHING:
             continue

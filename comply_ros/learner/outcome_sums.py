@@ -61,52 +61,38 @@ def sum_up(s: int, config: KernelConfig,
 
 
 @kernel
+def store_sample_squares(s: int, config: KernelConfig, state: LearnerState) -> None:
+    """Change sample_squares[s], from what `sum_up` has left and rewards of one outcome differ."""
+    workspace = state.workspace
+    for a in range(count_actions(config.actions)):
+        n, total = workspace[a, SAMPLES], workspace[a, VALUE_SUM]
+        if n > 0.0:
+            around = max(0.0, workspace[a, SQUARE_SUM] - total / n * total)  # rounding
+            state.sample_squares[s, a] = around + state.reward_squares[s, a]
+
+
+@kernel
 def squares_around_means(s: int, config: KernelConfig,
                          state: LearnerState) -> tuple[float, float]:
     """
     Return how the values of all samples of state s vary around the means of their actions.
 
-    The sum of their squared distances, with those of rewards that differ where the outcome is the
-    same, and the number of samples minus that of the actions tried.
+    The sum of their squared distances, and the number of samples minus that of the actions tried.
     """
-    workspace, squares, freedom = state.workspace, 0.0, 0.0
+    squares, freedom = 0.0, 0.0
     for a in range(count_actions(config.actions)):
-        n = workspace[a, SAMPLES]
-        if n > 0.0:
-            squares += workspace[a, SQUARE_SUM] - workspace[a, VALUE_SUM] / n * workspace[
-                a, VALUE_SUM]
-            freedom += n - 1.0
-    for a in range(count_actions(config.actions)):
-        squares += state.reward_squares[s, a]
+        squares += state.sample_squares[s, a]
+        freedom += max(0.0, state.visits[s, a] - 2.0)
     return squares, freedom
 
 
 @kernel
-def sample_sums(s: int, a: int, config: KernelConfig,
-                state: LearnerState) -> tuple[float, float, float]:
-    """Return the samples of action a in state s, the sum of their values, and of the squares."""
-    samples, value_sum, square_sum = 0.0, 0.0, 0.0
-    for k in range(OUTCOMES):
-        count = state.model[s, a, k, COUNT]
-        if count == 0.0:
-            break
-        successor = state.model[s, a, k, SUCCESSOR]
-        following = 0.0 if successor == TERMINAL else state.values[int(successor)]
-        value = state.model[s, a, k, REWARD] + config.discount * following
-        samples += count
-        value_sum += count * value
-        square_sum += count * value * value
-    return samples, value_sum, square_sum
-
-
-@kernel
-def chance_of_higher(below: float, variance: float, n: float, n_other: float) -> float:
+def chance_of_higher(below: float, error: float) -> float:
     """
-    Chance that a mean which lies below another one is in truth the higher one; 1/2 at the most.
+    Chance that a value which lies below another one is in truth the higher one; 1/2 at the most.
 
-    below: by how much it does. variance: of a sample. n, n_other: samples of the two means.
+    below: by how much it does. error: standard error of their difference, above 0.
     """
-    error = math.sqrt(variance / n + variance / n_other)
     if below >= NO_CHANCE * error:
         return 0.0
     return 1.0 / (1.0 + math.exp(NORMAL * below / error))

@@ -38,8 +38,14 @@ def outcome_spread(pooled: Array) -> float:
 
 
 @kernel
+def scale_of_rewards(pooled: Array) -> float:
+    """Return the largest absolute value of a reward so far; 1 before any was other than 0."""
+    return pooled[SCALE] if pooled[SCALE] > 0.0 else 1.0
+
+
+@kernel
 def record_of(m: int, state: LearnerState) -> float:
-    """Share rho of advice of mentor m that proved good; 4 pieces are good from the start."""
+    """Share rho of the advice of mentor m that is good; 4 pieces are good from the start."""
     return state.advice_agreed[m] / state.advice_seen[m]
 
 

@@ -15,7 +15,8 @@ IMMEDIATE = {'confidence': 'scheduled_confidence', 'temperature': 'temperature',
              'trust_rate': 'trust_rate'}
 # Anew with another kind of trust.
 MENTOR_FIELDS = ('guided_stage', 'best_return', 'advice_agreed', 'advice_seen', 'pool_size',
-                 'pool_listen', 'pool_discard', 'advised', 'followed', 'followed_mentor')
+                 'pool_listen', 'pool_discard', 'advised', 'verdicts', 'followed',
+                 'followed_mentor')
 
 
 def changed_config(config: LearnerConfig, changes: dict[str, Any],

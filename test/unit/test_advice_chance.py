@@ -7,7 +7,7 @@ import pytest
 from tiny_worlds import Bench, room, see
 
 from comply_ros.learner.advice_chance import advice_chance, chance_as_good, most_returns
-from comply_ros.learner.learner_state import TERMINAL
+from comply_ros.learner.learner_state import CHANGE, TERMINAL
 from comply_ros.world.grid import DOWN, LEFT, RIGHT, UP
 
 
@@ -40,24 +40,49 @@ def test_the_best_action_is_as_good_as_any_other(as_run):
     assert chance(as_run, bench, LEFT) == 1.0
 
 
-@pytest.mark.parametrize('samples, variance', [(1, 1.44), (2, 1.44 / 3), (5, 1.44 / 9)])
-def test_a_value_may_be_the_lower_one_by_chance(as_run, samples, variance):
-    # All samples of an action are alike; beside them 0.12 * 10 is supposed once.
+@pytest.mark.parametrize('samples, own_variance', [
+    (1, 1.44), (2, 2 * 0.48 / 3), (5, 2 * 0.16 / 6), (9, 2 * 0.16 / 10)])
+def test_a_value_may_be_the_lower_one_by_chance(as_run, samples, own_variance):
+    # All samples of an action are alike. Typical is 1.44 / (1 + w + w): 0.12 * 10 is supposed
+    # once, w is 0, 1, 4 and 4. An action has two samples of it, beside its own ones.
     bench = compared(0.9, 1.8, 2.0, samples)
-    error = math.sqrt(2 * variance / (samples + 1.0))
+    error = math.sqrt(2 * own_variance / (samples + 1.0))
     p = as_run(chance_as_good)(4, LEFT, RIGHT, bench.kernel_config, bench.state)
     assert p == pytest.approx(1 / (1 + math.exp(1.7 * 0.2 / error)))
 
 
 def test_values_that_vary_leave_more_to_chance(as_run):
     bench = compared(0.9, 1.8, 2.0, advice_slack=0.0)
-    see(bench, RIGHT, (1, TERMINAL, 2.0), (1, 3, 4.0))  # and state 3 is worth 0: a mean of 3
+    see(bench, RIGHT, (1, TERMINAL, 2.0), (1, 3, 4.0))  # three samples: 2, 2 and 4
     bench.state.q[4, RIGHT] = 3.0
-    # Squares 1 + 1 around the mean, of three samples and two means, and one more that is supposed
-    # to be 0: the variance is 2 / 2; LEFT has one sample, RIGHT two, and the prior counts as one.
-    error = math.sqrt(1 / 2 + 1 / 3)
+    bench.state.sample_squares[4, RIGHT] = 8.0 / 3.0
+    # Typical is (0 + 2 (8 / 3) / 2) / (1 + 2) = 8 / 9. LEFT, with one sample, has that variance;
+    # RIGHT with three (8 / 3 + 2 (8 / 9)) / 4 = 10 / 9. The prior counts as one sample.
+    error = math.sqrt(8 / 9 / 2 + 10 / 9 / 4)
     p = as_run(chance_as_good)(4, LEFT, RIGHT, bench.kernel_config, bench.state)
     assert p == pytest.approx(1 / (1 + math.exp(1.7 * 1.2 / error)))
+
+
+def test_many_samples_of_one_action_do_not_say_how_much_another_one_varies(as_run):
+    bench = compared(0.9, 1.8, 2.0, advice_slack=0.0)
+    bench.state.visits[4, [LEFT, RIGHT]] = 4.0, 1001.0
+    bench.state.sample_squares[4, LEFT] = 6.0
+    # Typical is (2 (6 / 2) + 4 x 0) / (1 + 2 + 4) = 6 / 7, and LEFT has (6 + 2 (6 / 7)) / 4.
+    error = math.sqrt((6 + 12 / 7) / 4 / 4 + 12 / 7 / 1001 / 1001)
+    p = as_run(chance_as_good)(4, LEFT, RIGHT, bench.kernel_config, bench.state)
+    assert p == pytest.approx(1 / (1 + math.exp(1.7 * 0.2 / error)))
+
+
+@pytest.mark.parametrize('hits, change', [(1.0, 0.6), (3.0, 0.0)])  # p is 0.5; or nothing slips
+def test_a_value_that_still_changes_is_not_known_better_than_that(as_run, hits, change):
+    bench = compared(0.9, 1.8, 2.0, 2)
+    bench.state.pooled[0] = hits
+    bench.state.sample_squares[4, [LEFT, RIGHT]] = 1.0
+    before = as_run(chance_as_good)(4, LEFT, RIGHT, bench.kernel_config, bench.state)
+    bench.state.value_changes[4, CHANGE] = 2.0
+    after = as_run(chance_as_good)(4, LEFT, RIGHT, bench.kernel_config, bench.state)
+    odds = [math.log(1 / p - 1) / 1.7 / 0.2 for p in (before, after)]  # 1 / error
+    assert odds[1] ** -2 == pytest.approx(odds[0] ** -2 + change ** 2)
 
 
 def test_the_record_of_the_mentor_speaks_for_advice_that_looks_worse(as_run):

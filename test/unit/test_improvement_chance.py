@@ -11,7 +11,6 @@ from comply_ros.learner.learner_state import (
     HITS,
     IN_USE,
     SAMPLES,
-    SQUARE_SUM,
     TERMINAL,
     TRIALS,
     USUAL_VALUE,
@@ -26,8 +25,10 @@ def two_means(size, **settings):
     bench = Bench(room(), learns_model=True, **settings)
     bench.state.pooled[[HITS, TRIALS]] = 3.0
     bench.state.prior_sizes[IN_USE] = size
-    bench.state.workspace[RIGHT, [SAMPLES, VALUE_SUM, SQUARE_SUM, USUAL_VALUE]] = 4, 20, 104, 6
-    bench.state.workspace[UP, [SAMPLES, VALUE_SUM, SQUARE_SUM, USUAL_VALUE]] = 2, 8, 32, 4
+    bench.state.workspace[RIGHT, [SAMPLES, VALUE_SUM, USUAL_VALUE]] = 4, 20, 6
+    bench.state.workspace[UP, [SAMPLES, VALUE_SUM, USUAL_VALUE]] = 2, 8, 4
+    bench.state.visits[4, [RIGHT, UP]] = 5.0, 3.0
+    bench.state.sample_squares[4, RIGHT] = 4.0
     bench.state.q[4, [RIGHT, UP]] = 5.0, 4.0
     return bench
 
@@ -59,27 +60,18 @@ def test_an_action_that_is_worse_by_far_is_not_in_doubt(as_run):
     assert doubted(as_run, bench) == [0.0] * 4
 
 
-@pytest.mark.parametrize('rounded', [0.0, 1e-13, -1e-13])
+@pytest.mark.parametrize('rounded', [0.0, 1e-13])
 def test_where_all_samples_are_alike_no_mean_is_in_doubt(as_run, rounded):
     bench = two_means(2)
-    bench.state.workspace[RIGHT, SQUARE_SUM] = 100.0 + rounded  # 5, 5, 5 and 5
+    bench.state.sample_squares[4, RIGHT] = rounded  # 5, 5, 5 and 5
     assert doubted(as_run, bench) == [0.0] * 4
 
 
 def test_a_difference_that_is_too_small_for_its_error_divides_nothing_by_0(as_run):
     bench = two_means(32)
-    bench.state.workspace[RIGHT, SQUARE_SUM], bench.state.q[4, UP] = 100.0, 5.0
-    bench.state.reward_squares[4, RIGHT] = 1e-322  # a share of it is 0 in a computer
+    bench.state.sample_squares[4, RIGHT] = 1e-322  # a share of it is 0 in a computer
+    bench.state.q[4, UP] = 5.0
     assert doubted(as_run, bench, margin=0.0) == [0.0] * 4
-
-
-def test_rewards_that_differ_with_the_same_outcome_are_doubt_too(as_run):
-    # Squares of 4 instead of 1 for each of the samples of RIGHT: the error is twice as large.
-    bench = two_means(2)
-    bench.state.workspace[RIGHT, SQUARE_SUM] = 100.0
-    bench.state.reward_squares[4, RIGHT] = 16.0
-    error = 2 * math.sqrt(1 / 4 + 1 / 6)
-    assert doubted(as_run, bench)[UP] == pytest.approx(0.5 / (1 + math.exp(1.7 / error)))
 
 
 def test_an_action_may_be_tried_again_that_may_lead_to_the_best_outcome(as_run):

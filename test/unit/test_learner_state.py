@@ -18,9 +18,10 @@ SCALARS = ('scheduled_confidence', 'temperature', 'trust_rate', 'guided_stage', 
 FIELDS = ('q', 'visits', 'belief', 'departures', *SCALARS, 'traces', 'trail', 'outcomes',
           'half_difference', 'model', 'pooled', 'values', 'potential', 'advised', 'predecessors',
           'queue', 'queued', 'workspace', 'priority', 'sampled', 'confidences',
-          'followed', 'followed_mentor', 'prior_sizes', 'reward_squares')
+          'followed', 'followed_mentor', 'prior_sizes', 'reward_squares', 'sample_squares',
+          'value_changes', 'verdicts')
 OF_A_MODEL = (*FIELDS[FIELDS.index('model'):FIELDS.index('priority')],
-              'prior_sizes', 'reward_squares')
+              *FIELDS[FIELDS.index('prior_sizes'):])
 OF_A_PLANNER = ('model', 'pooled', 'predecessors', 'queue', 'queued', 'priority', 'sampled')
 
 

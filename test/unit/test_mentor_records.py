@@ -7,8 +7,8 @@ import pytest
 from tiny_worlds import advised, Bench, room, see
 
 from comply_ros.learner.action_choice import choose
-from comply_ros.learner.learner_state import ALTERNATIVES, TERMINAL
-from comply_ros.learner.mentor_records import hear_advice
+from comply_ros.learner.learner_state import ALTERNATIVES, SCALE, TERMINAL
+from comply_ros.learner.mentor_records import count_fruitless_episode, hear_advice
 from comply_ros.learner.model_exploration import exploration_chances
 from comply_ros.learner.prior_values import credence, doubt_of, outcome_spread
 from comply_ros.world.grid import DOWN, LEFT, RIGHT, UP
@@ -67,9 +67,44 @@ def test_advice_counts_once_it_was_tried_and_another_action_too(as_run):
     assert hear(as_run, bench, LEFT) == (1.0, 1.0)  # it alone
     tried(bench, 1.0, 3.0, 0.0, 0.0)
     assert hear(as_run, bench, RIGHT) == (2.0, 2.0)
-    assert hear(as_run, bench, LEFT) == (2.0, 3.0)
-    assert hear(as_run, bench, -1) == (2.0, 3.0)
-    assert bench.state.advised[4] == LEFT  # the newest one is remembered
+    assert hear(as_run, bench, -1) == (2.0, 2.0)
+    assert bench.state.advised[4] == RIGHT  # the newest one is remembered
+
+
+def test_each_state_counts_once_by_the_newest_verdict(as_run):
+    bench = mentored()
+    tried(bench, 1.0, 3.0, 0.0, 0.0)
+    assert [hear(as_run, bench, a) for a in (RIGHT, RIGHT, LEFT)] == [
+        (2.0, 2.0), (2.0, 2.0), (1.0, 2.0)]
+    tried(bench, 3.0, 1.0, 0.0, 0.0)  # later it is found to be better
+    assert hear(as_run, bench, LEFT) == (2.0, 2.0)
+    bench.state.visits[4, LEFT] = 1.0
+    assert hear(as_run, bench, LEFT) == (1.0, 1.0)  # not known any more
+    tried(bench, 1.0, 3.0, 0.0, 0.0, s=7)
+    assert hear(as_run, bench, RIGHT, s=7) == (2.0, 2.0)
+
+
+def test_before_any_reward_each_episode_speaks_against_who_advised_in_it(as_run):
+    bench = mentored()
+    bench.state.pooled[SCALE] = 0.0
+    tried(bench, 0.0, 0.003, 0.0, 0.0)  # by the cost of time alone
+    assert hear(as_run, bench, LEFT) == (1.0, 1.0)
+    for seen in (1.0, 2.0, 3.0):
+        as_run(count_fruitless_episode)(bench.kernel_config, bench.state)
+        assert bench.state.advice_seen[0] == seen
+        bench.state.trail[:2] = 1, 4 * 4 + RIGHT  # it was in state 4
+    bench.state.pooled[SCALE] = 10.0
+    as_run(count_fruitless_episode)(bench.kernel_config, bench.state)
+    assert bench.state.advice_seen[0] == 3.0
+
+
+def test_how_much_a_value_changes_is_a_mean_that_forgets_half_at_each_visit(as_run):
+    bench = mentored()
+    for departures, value, change in ((1.0, 5.0, 0.0), (2.0, 3.0, 1.0), (3.0, 4.0, 1.0),
+                                      (4.0, 4.0, 0.5)):
+        bench.state.departures[4], bench.state.values[4] = departures, value
+        hear(as_run, bench, -1)
+        assert bench.state.value_changes[4].tolist() == [value, change]
 
 
 def test_advice_that_is_hardly_worse_is_good_the_more_so_from_a_mentor_with_credit(as_run):
@@ -89,8 +124,8 @@ def test_advice_that_is_worse_counts_where_it_is_more_likely_wrong(
     # Values of 1 and 2, all samples alike; one of the squared distance 1.44 is supposed beside
     # them, and 1 more of the prior. With one sample of each action the variance is 1.44, e is
     # sqrt(2 * 1.44 / 2) = 1.2, and the chance 1 / (1 + exp(1.7 / 1.2)) = 0.195: rho / (1 - rho)
-    # must be 4.1. With 20 samples it is 1.44 / 39, sqrt(2 * 0.0369 / 21) = 0.0593, and beyond all
-    # chance.
+    # must be 4.1. With 20 samples it is 2 (1.44 / 9) / 21, sqrt(2 * 0.0152 / 21) = 0.038, and
+    # beyond all chance.
     bench = mentored(agreed, 10.0, slip_prior=1.0)
     see(bench, LEFT, (samples, TERMINAL, 1.0))
     see(bench, RIGHT, (samples, TERMINAL, 2.0))
@@ -104,8 +139,8 @@ def test_advice_that_leads_round_in_circles_counts_against_the_mentor(as_run):
     assert hear(as_run, bench, LEFT) == (1.0, 1.0)
     bench.state.traces[4, 0] = 17.0
     assert hear(as_run, bench, LEFT) == (1.0, 2.0)
-    bench.state.pooled[:2], bench.state.traces[4, 0] = 3.0, 5.0  # p is 1: nothing slips
-    assert hear(as_run, bench, LEFT) == (1.0, 3.0)
+    bench.state.pooled[:2], bench.state.traces[7, 0] = 3.0, 5.0  # p is 1: nothing slips
+    assert hear(as_run, bench, LEFT, s=7) == (1.0, 3.0)
 
 
 def test_untried_actions_have_a_share_of_the_largest_reward_and_the_advised_one_more(as_run):

@@ -157,3 +157,16 @@ def test_the_end_of_an_episode_backs_up_its_states_and_forgets_it(as_run):
     as_run(finish_episode)(bench.kernel_config, bench.state)
     assert bench.state.q[0, RIGHT] == pytest.approx(4.0, abs=0.01)
     assert (bench.state.trail[0], bench.state.traces.any()) == (0, False)
+
+
+def test_a_backup_keeps_how_much_the_samples_of_an_action_vary(as_run):
+    bench = model_bench()
+    bench.state.values[5] = 3.0
+    see(bench, RIGHT, (3, 5, 1.0), (1, TERMINAL, 2.0))  # 4, 4, 4 and 2: squares of 3 x 0.25 + 2.25
+    see(bench, UP, (3, TERMINAL, 0.1))  # the sum of their squares is rounded
+    bench.state.reward_squares[4, UP] = 0.5  # rewards of the same outcome
+    as_run(back_up)(4, bench.kernel_config, bench.state)
+    assert bench.state.sample_squares[4].tolist() == pytest.approx([0.0, 3.0, 0.0, 0.5])
+    bench.state.reward_squares[4, UP] = 0.0
+    as_run(back_up)(4, bench.kernel_config, bench.state)
+    assert bench.state.sample_squares[4].min() >= 0.0
