@@ -74,7 +74,7 @@ def chart_options(curve: IterationCurve, optimal: float | None, mentor: float | 
     return {
         **chart_frame(['learner', *(name for name, *_ in references)]),
         'xAxis': axis('iteration', 1, end, 'middle', 24, False),
-        'yAxis': axis('', low, high, 'end', 0, True),
+        'yAxis': without_ends(axis('', low, high, 'end', 0, True)),
         'series': [
             line('each', zip(x, y), BLUE, width=1, opacity=0.5),
             line('learner', zip(x, running_mean(y).tolist()), BLUE, width=2.5, symbols=alone),
@@ -110,6 +110,13 @@ def bounds(returns: list[float], references: list[float]) -> tuple[float, float]
     low = min([low, *returns[-1:]])
     margin = 0.06 * (high - low) or 1.0
     return float(np.floor(low - margin)), float(np.ceil(high + margin))
+
+
+def without_ends(options: dict) -> dict:
+    """Return an axis without the labels of its ends, which would lie on those beside them."""
+    is_long = options['max'] - options['min'] > 4  # else there may be no others
+    return options | {'axisLabel': options['axisLabel'] | {
+        'showMinLabel': not is_long, 'showMaxLabel': not is_long}}
 
 
 def axis(name: str, low: float, high: float, location: str, gap: int, grid_lines: bool) -> dict:

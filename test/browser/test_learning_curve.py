@@ -51,3 +51,10 @@ def test_a_few_first_iterations_do_not_flatten_the_curve():
 def test_the_running_mean_has_a_value_for_each_iteration(values, means):
     assert len(running_mean(values)) == len(values)
     assert means is None or running_mean(values).tolist() == means
+
+
+@pytest.mark.parametrize('returns, labelled', [((0.0, 20.0), False), ((1.0, 2.0), True)])
+def test_the_ends_of_the_axis_have_labels_only_where_there_is_room(returns, labelled):
+    curve = IterationCurve((1, 2), returns)
+    label = chart_options(curve, None, None)['yAxis']['axisLabel']
+    assert (label['showMinLabel'], label['showMaxLabel']) == (labelled, labelled)
