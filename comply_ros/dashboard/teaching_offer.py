@@ -7,7 +7,8 @@ from typing import NamedTuple
 from comply_ros.dashboard.dashboard_node import PageState
 from comply_ros.dashboard.node_discovery import LEARNER
 from comply_ros.mentor.several_mentors import free_name, MOST_MENTORS
-from comply_ros.nodes.parameters import MENTORS
+from comply_ros.nodes.parameters import ADVICE_TIMEOUT, MENTORS, timeout_of
+from comply_ros.protocol.advice_timeouts import NO_LIMIT
 
 PERSON = 'person'  # name of the person beside mentors with names, unless another was given
 SHORT_WAIT = 1.0  # seconds that a learner waits at least for a mentor that it found while it ran
@@ -101,9 +102,13 @@ def patience_text(state: PageState, name: str, patience: float) -> str:
 
     patience: of the mentor, in seconds.
     """
-    expected = state.parameters.get(LEARNER, {}).get(MENTORS.name)
-    if expected is None or name in expected.value or patience <= SHORT_WAIT:
-        return f'the robot waits {patience:g} s for a key'
+    settings = state.parameters.get(LEARNER, {})
+    own, of_all = (settings[each].value if each in settings else NO_LIMIT
+                   for each in (timeout_of(name).name, ADVICE_TIMEOUT.name))
+    is_expected = MENTORS.name not in settings or name in settings[MENTORS.name].value
+    if own != NO_LIMIT or is_expected or patience <= SHORT_WAIT:
+        limits = [each for each in (own or of_all, patience) if each != NO_LIMIT]
+        return f'the robot waits {min(limits):g} s for a key'
     return (f'the robot waits 1 to 2 s for a key, not {patience:g} s, then goes on until the next '
             'key')
 

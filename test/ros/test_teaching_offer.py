@@ -81,13 +81,25 @@ def test_a_person_reads_until_the_learner_takes_the_advice():
         'Your advice has no effect: the learner has 16 mentors, the most that it takes.')
 
 
-@pytest.mark.parametrize('mentors, patience, text', [
-    (['person', 'anna'], 5.0, 'the robot waits 5 s for a key'),
-    (['anna'], 1.0, 'the robot waits 1 s for a key'),
-    (['anna'], 5.0, 'the robot waits 1 to 2 s for a key, not 5 s, then goes on until the next '
-     'key')])
-def test_how_long_a_key_is_waited_for_depends_on_the_learner(mentors, patience, text):
+@pytest.mark.parametrize('mentors, timeouts, patience, seconds', [
+    (['person', 'anna'], {}, 5.0, '5'),
+    (['person', 'anna'], {'advice_timeout': 2.0}, 5.0, '2'),
+    (['person', 'anna'], {'advice_timeout': 2.0, 'person.advice_timeout': 3.5}, 5.0, '3.5'),
+    (['anna'], {'person.advice_timeout': 30.0}, 5.0, '5'),
+    (['anna'], {}, 1.0, '1')])
+def test_how_long_a_key_is_waited_for_depends_on_the_learner(mentors, timeouts, patience, seconds):
+    state = learner_with(mentors=mentors, **timeouts)
+    assert patience_text(state, 'person', patience) == f'the robot waits {seconds} s for a key'
+
+
+def test_a_learner_that_found_the_person_does_not_wait_for_a_key_for_long():
     assert patience_text(state_with(), 'person', 2.5) == 'the robot waits 2.5 s for a key'
-    state = state_with()._replace(
-        parameters={'learner': {'mentors': RemoteParameter(mentors, False)}})
-    assert patience_text(state, 'person', patience) == text
+    for timeouts in ({}, {'advice_timeout': 4.0, 'person.advice_timeout': 0.0}):
+        assert patience_text(learner_with(mentors=['anna'], **timeouts), 'person', 5.0) == (
+            'the robot waits 1 to 2 s for a key, not 5 s, then goes on until the next key')
+
+
+def learner_with(**parameters):
+    """Return the state of a page whose learner has these parameters."""
+    return state_with()._replace(parameters={'learner': {
+        name: RemoteParameter(value, False) for name, value in parameters.items()}})
