@@ -25,7 +25,7 @@ from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
 
 from comply_ros.learner.presets import find_method, METHODS
-from comply_ros.mentor.several_mentors import joined, split_mentors
+from comply_ros.mentor.several_mentors import free_name, joined, PERSON, split_mentors
 from comply_ros.nodes.lesson_parameters import mentor_node
 from comply_ros.nodes.node_help import NODE_PARAMETERS
 from comply_ros.nodes.node_processes import yaml_for_rcl
@@ -241,7 +241,9 @@ def warn_of_misspelt(argv: Iterable[str]) -> None:
     """
     known = [name for name, _, _ in ARGUMENTS]
     for name in (text.partition(':=')[0] for text in argv):
-        question = did_you_mean(name, known, before='; ')
+        mentor, dot, _ = name.rpartition('.')
+        own = f'{mentor}.advice_timeout'
+        question = did_you_mean(name, [own] if dot else known, before='; ')
         if question and not mentor_of_timeout(name):
             get_logger('teach.launch.py').warning(
                 f'argument {name!r} is unknown and has no effect{question}')
@@ -268,13 +270,20 @@ def viewers(given: dict[str, str]) -> list[Node]:
 
 
 def observers(given: dict[str, str]) -> list[Node]:
-    """Return the page and the recorder if they are wanted."""
+    """
+    Return the page and the recorder if they are wanted.
+
+    The person who teaches beside mentors with names is told its own: all nodes start at once, and
+    the page could not find the others in time.
+    """
+    names = [*mentors_of(given)]
+    person = {'name': free_name(PERSON, names)} if given['teach'] == 'true' and any(names) else {}
     return [Node(
         package='comply_ros', executable=name, name=name, namespace=given['namespace'],
         parameters=[given['params_file'], values], output='screen', emulate_tty=HAS_TERMINAL,
         on_exit=end_after(name, is_needed=lambda: False),
         arguments=['--ros-args', '--enclave', f'/{name}', '--log-level', given['log_level']])
-        for name, values in (('record', {}), ('dashboard', {'teach': given['teach']}))
+        for name, values in (('record', {}), ('dashboard', {'teach': given['teach'], **person}))
         if given[name] == 'true']
 
 

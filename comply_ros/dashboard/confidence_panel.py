@@ -55,7 +55,7 @@ def confidence_options(curves: Mapping[str, IterationCurve]) -> dict:
         'xAxis': axis('iteration', 1, max([*last, 10]), 'middle', 24, False),
         'yAxis': {**axis('', 0, 1, 'end', 0, True), 'minInterval': 0, 'interval': 0.25},
         'series': [line(name, points_of(curve), mentor_color(m), width=2,
-                        symbols=len(curve.iterations) == 1)
+                        symbols=curve.has_lone_points)
                    for m, (name, curve) in enumerate(curves.items())]}
 
 

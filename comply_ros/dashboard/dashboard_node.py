@@ -53,7 +53,7 @@ LEARNER_PARAMETERS = {
        for name, field in CONFIG_FIELDS.items()},
     **{each.name: (each.description, each.choices)
        for each in (parameters.REMEMBERS_ADVICE, parameters.ADVICE_TIMEOUT)}}
-# What the page reads; it sets all of them but the last.
+# What the page reads, beside the timeouts of mentors; it sets all but `mentors`.
 PARAMETERS = {WORLD: ('rate',), LEARNER: (*LEARNER_PARAMETERS, parameters.MENTORS.name)}
 # Of states and actions only the newest counts, and a publisher must never wait for the page.
 NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT,
@@ -181,6 +181,7 @@ class DashboardNode(SafeParameterNode):
             self._run_view.tick()
             self.pictures.tick()
             self._update_lesson_nodes(now)
+            self._read_timeouts()
             for role, remote in self._remote_parameters.items():
                 if self.page_state.is_here(role):
                     remote.tick()
@@ -277,6 +278,13 @@ class DashboardNode(SafeParameterNode):
             if role in PARAMETERS and (remote is None or remote.node_name != node.name):
                 self._remote_parameters[role] = RemoteParameters(
                     node.name, PARAMETERS[role], self._service_client)
+
+    def _read_timeouts(self) -> None:
+        """Read how long the learner waits for each mentor too, as soon as it has the mentor."""
+        learner = self._run_view.reports.learner
+        if learner and LEARNER in self._remote_parameters:
+            self._remote_parameters[LEARNER].read_also(
+                parameters.timeout_of(name).name for name in learner.mentors if name)
 
     def _subscribe_to_all(self) -> None:
         for topic in (topics.STATE, topics.ACTION, topics.EPISODE):

@@ -65,11 +65,11 @@ class MentorSeat:
 
     @property
     def _own_name(self) -> str:
-        """The name of the person while there is one; '' for none."""
+        """The name of the person; '' too while there is none."""
         return self.thread.mentor.machine.name if self.thread else ''
 
     def _start(self, name: str) -> None:
-        """Be a mentor of this name; a new name of the page's node is not that of its mentor."""
+        """Be a mentor of this name, in a node of its own name where the page's was renamed too."""
         self.thread = MentorThread(HumanMentorNode(
             parameter_overrides=[RosParameter(MENTOR_NAME.name, value=name)],
             cli_args=['--ros-args', '-r', f'__node:={mentor_node(name)}']))
@@ -103,6 +103,8 @@ class MentorSeat:
         """Whether the learner lacks the mentor of this name, and has for a moment."""
         if any(self._mentors):
             is_free = name in self._mentors and name not in others
+        elif self.thread and '' in self._mentors and '' not in others:
+            is_free = True  # the learner waits for the person, and would wait for ever
         else:
             is_free = not (self._node.other_mentors() if self.thread else others)
         now = time.monotonic()

@@ -29,6 +29,7 @@ class RemoteParameters:
     def __init__(self, node_name: str, names: Iterable[str], client: ServiceClient) -> None:
         self.node_name, self._names, self._client = node_name, list(names), client
         self.current: dict[str, RemoteParameter] = {}  # never changed in place; empty: unknown
+        self._n_asked, self._n_read = 0, 0  # of the names
         self._answers: tuple[Future, ...] = ()  # of the `READERS`
         for name, service_type in {**READERS, 'set_parameters': SetParameters}.items():
             client.add(service_type, f'{node_name}/{name}')
@@ -42,10 +43,16 @@ class RemoteParameters:
                 each.name: RemoteParameter(parameter_value_to_python(value), not each.read_only)
                 for each, value in zip(descriptions.descriptors, values.values)
                 if value.type != ParameterType.PARAMETER_NOT_SET}  # such as of a world of others
-        if not self.current:
+            self._n_read = self._n_asked
+        if not self.current or self._n_read < len(self._names):
+            self._n_asked = len(self._names)
             self._answers = tuple(
                 self._client.send(f'{self.node_name}/{name}', kind.Request(names=self._names))
                 for name, kind in READERS.items())
+
+    def read_also(self, names: Iterable[str]) -> None:
+        """Read these parameters too, which the node may have declared while it ran."""
+        self._names += [name for name in names if name not in self._names]
 
     def on_change(self, changed: Iterable[ParameterMsg]) -> None:
         """Take the parameters of a `ParameterEvent`; those that are not known are ignored."""

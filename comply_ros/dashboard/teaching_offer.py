@@ -6,11 +6,10 @@ from typing import NamedTuple
 
 from comply_ros.dashboard.dashboard_node import PageState
 from comply_ros.dashboard.node_discovery import LEARNER
-from comply_ros.mentor.several_mentors import free_name, MOST_MENTORS
+from comply_ros.mentor.several_mentors import free_name, MOST_MENTORS, PERSON
 from comply_ros.nodes.parameters import ADVICE_TIMEOUT, MENTORS, timeout_of
 from comply_ros.protocol.advice_timeouts import NO_LIMIT
 
-PERSON = 'person'  # name of the person beside mentors with names, unless another was given
 SHORT_WAIT = 1.0  # seconds that a learner waits at least for a mentor that it found while it ran
 
 
@@ -61,7 +60,9 @@ def teaching_offer(state: PageState, given: str) -> Offer | None:
     """
     others, mentors = state.mentor_names if state.other_mentors else (), learner_mentors(state)
     name = person_name(given, others, mentors)
-    if not any((*others, *mentors)) and not others or name in mentors and name not in others:
+    nobody_is_here = not others and not any(mentors)
+    is_waited_for = name in mentors and name not in others
+    if nobody_is_here or is_waited_for:
         return None  # the page teaches in a moment
     reason = why_no_advice(state, name)
     if reason:
@@ -98,7 +99,7 @@ def why_no_advice(state: PageState, name: str) -> str:
 
 def patience_text(state: PageState, name: str, patience: float) -> str:
     """
-    Sentence on how long an observation waits for a key: the learner may wait less than the person.
+    Sentence on how long an observation waits for a key: the learner may wait less than `patience`.
 
     patience: of the mentor, in seconds.
     """
@@ -106,9 +107,9 @@ def patience_text(state: PageState, name: str, patience: float) -> str:
     own, of_all = (settings[each].value if each in settings else NO_LIMIT
                    for each in (timeout_of(name).name, ADVICE_TIMEOUT.name))
     is_expected = MENTORS.name not in settings or name in settings[MENTORS.name].value
-    if own != NO_LIMIT or is_expected or patience <= SHORT_WAIT:
-        limits = [each for each in (own or of_all, patience) if each != NO_LIMIT]
-        return f'the robot waits {min(limits):g} s for a key'
+    limit = min([patience, *(each for each in [own or of_all] if each != NO_LIMIT)])
+    if own != NO_LIMIT or is_expected or limit <= SHORT_WAIT:
+        return f'the robot waits {limit:g} s for a key'
     return (f'the robot waits 1 to 2 s for a key, not {patience:g} s, then goes on until the next '
             'key')
 

@@ -33,10 +33,10 @@ numbers are regrets over 399 iterations of 15 episodes: means of {seeds} seeds, 
 half of a 95 % interval. A mentor that is drawn is another one for each seed.
 
 **Held out** are worlds on which nothing of the method was chosen: every second map of the package
-in alphabetical order but {later} ({maps}), and `garnet:10` to `garnet:19`. Their numbers
-were seen on earlier versions of this page. {later} were held out at first; two
-parts of the method failed there, and were chosen anew. `maze_as_run` differs from `maze` only in
-where slips lead.
+in alphabetical order ({maps}), and `garnet:10` to `garnet:19`, but for {later}.
+These five were held out at first; some parts of the method failed there, and were chosen anew
+while they were looked at. The numbers of the others were seen on earlier versions of this page.
+`maze_as_run` differs from `maze` only in where slips lead.
 """
 RULES = """
 ## The rules

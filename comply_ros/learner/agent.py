@@ -23,6 +23,7 @@ from comply_ros.learner.learner_state import (
 )
 from comply_ros.learner.learning_result import begin_from, Learned, learned_by
 from comply_ros.learner.mentor_of_episode import record_return
+from comply_ros.learner.mentor_records import count_fruitless_episode
 from comply_ros.learner.reconfigure import changed_state
 from comply_ros.learner.step_kernels import PLAIN, step_types, StepKernels
 from comply_ros.learner.update_rules import decay_schedules
@@ -342,6 +343,8 @@ class Agent:
         self._kernels.finish_episode(self._config, self._arrays)
 
     def _finish_episode(self) -> IterationResult | None:
+        if self._whole_episode and self.learns and len(self.kernel_config.has_model) > 0:
+            count_fruitless_episode(self.kernel_config, self._views)
         self._end_traces()
         if self._whole_episode:
             self._returns.append(self._return)

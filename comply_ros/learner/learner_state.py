@@ -56,8 +56,9 @@ class LearnerState(NamedTuple):
     guided_stage: how many times a jump start was shortened.
     best_return: the best mean return of an iteration.
     advice_agreed, advice_seen: how often the advice was the best action, of how many times; of
-        each mentor. Both begin with 1. With a model: the pieces of advice that are good, of those
-        with a verdict; both begin with 4.
+        each mentor. Both begin with 1. With trust by track record both begin with 4; then the
+        pieces of advice that are good, of those that are good or bad, and of episodes without a
+        reward.
     pool_size, pool_listen, pool_discard: number of beliefs in the pool of the prior, and sums; of
         each mentor.
     confidences: `confidences[m]` in each of several mentors at the last decision.

@@ -24,7 +24,9 @@ MORE_WITH_CREDIT = 3.0  # times `SAME`: how much worse good advice may be, in ad
 @long_kernel('has_model', None)
 def hear_advice(s: int, advice: Advice, config: KernelConfig, state: LearnerState) -> None:
     """
-    Change the advice known in s, the values of actions never tried, and the mentors' records.
+    Change what is known of the advice in s, value_changes, and q of actions never tried.
+
+    The advice itself is in advised; what it is worth in verdicts and in the mentors' records.
 
     advice: `advice[m]`, -1 for none.
     """
@@ -45,16 +47,20 @@ def hear_advice(s: int, advice: Advice, config: KernelConfig, state: LearnerStat
 @kernel
 def count_fruitless_episode(config: KernelConfig, state: LearnerState) -> None:
     """
-    Change the records of the mentors that advised where an episode ended without any reward.
+    Change the records of the mentors that advised in an episode without any reward, at its end.
 
-    Before there was a reward other than 0, no value says whether advice is good. So each episode
-    counts as one piece of bad advice.
+    Before there was a reward other than 0, no value says whether advice is good. So each whole
+    episode counts as one piece of bad advice.
     """
-    if state.pooled[SCALE] == 0.0 and state.trail[0] > 0:
-        s = state.trail[state.trail[0]] // count_actions(config.actions)
-        for m in range(len(config.mentors)):
-            if state.advised[m * len(state.departures) + s] >= 0:
-                state.advice_seen[m] += 1.0
+    if state.pooled[SCALE] != 0.0:
+        return
+    for m in range(len(config.mentors)):
+        has_advised = False
+        for i in range(1, state.trail[0] + 1):
+            s = state.trail[i] // count_actions(config.actions)
+            has_advised = has_advised or state.advised[m * len(state.departures) + s] >= 0
+        if has_advised:
+            state.advice_seen[m] += 1.0
 
 
 @kernel
@@ -82,10 +88,11 @@ def _verdict(s: int, m: int, advice: int, looping: bool, config: KernelConfig,
     """
     Return whether advice of mentor m in state s is good, 1, or bad, -1; 0: it is not known.
 
-    It is known once the advice was tried, and another action of the state too. Advice is good if
-    its value is not below the best one that was tried, except for a few times `SAME`. It is bad if
-    it is more likely worse than not, with this record; of a trusted mentor, only if chance can
-    hardly explain its value. It is bad, too, where it leads round in circles.
+    It is known once the advice was tried, another action of the state too, and there was a reward
+    other than 0. Advice is good if its value is not below the best one that was tried, except for
+    a few times `SAME`. It is bad if it is more likely worse than not, with this record; of a
+    trusted mentor, only if chance can hardly explain its value. It is bad, too, where it leads
+    round in circles.
     """
     value, other = state.q[s, advice], best_tried(s, advice, config, state)
     is_best = other == NO_ACTION or value > state.q[s, other]

@@ -15,6 +15,7 @@ from comply_ros.learner.learner_config import KernelConfig, LearnerConfig, NO_TR
 from comply_ros.learner.learner_state import Array, LearnerState, ONE_MENTOR
 from comply_ros.learner.learning_result import Learned
 from comply_ros.learner.mentor_of_episode import record_return
+from comply_ros.learner.mentor_records import count_fruitless_episode
 from comply_ros.learner.usual_outcome_model import finish_episode
 from comply_ros.mentor.advice_budget import AdviceBudget, advise, record_action
 from comply_ros.numerics.jit import kernel, specialized
@@ -194,6 +195,8 @@ def play(learns: bool, world: WorldArrays, mentors: tuple[MentorArrays, ...],
         count += 1
         step, s, a = step + 1, s2, a2
         if over:
+            if learns and len(config.has_model) > 0:
+                count_fruitless_episode(config, state)
             finish_episode(config, state)
             if learns and len(config.has_bandit) > 0:
                 record_return(returns[episode], config, state)

@@ -4,7 +4,6 @@
 from comply_ros.learner.eligibility_traces import clear_traces
 from comply_ros.learner.learner_config import KernelConfig
 from comply_ros.learner.learner_state import Array, LearnerState
-from comply_ros.learner.mentor_records import count_fruitless_episode
 from comply_ros.learner.outcome_model import back_up
 from comply_ros.numerics.action_values import Actions, count_actions, max_q_except, NOTHING
 from comply_ros.numerics.jit import kernel
@@ -70,6 +69,4 @@ def finish_episode(config: KernelConfig, state: LearnerState) -> None:
                 back_up(s, config, state)
             else:
                 backup(s, config.discount, state.q, state.visits, state.outcomes, config.actions)
-    if len(config.has_model) > 0:
-        count_fruitless_episode(config, state)
     clear_traces(state.traces, state.trail, config.actions)

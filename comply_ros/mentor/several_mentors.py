@@ -10,6 +10,7 @@ from comply_ros.mentor.mentor_spec import FROM_FILES, KINDS, MentorError
 
 BETWEEN = ' + '  # two mentors, as they are written
 MOST_MENTORS = 16  # of one learner
+PERSON = 'person'  # name of the person on the page beside mentors with names, unless it is given
 NAME = re.compile(r'[A-Za-z](_?[A-Za-z0-9])*')  # a part of the name of a topic
 NAMED = re.compile(r'([^=:@]*)=(.*)', re.DOTALL)
 

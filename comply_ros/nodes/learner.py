@@ -185,17 +185,17 @@ class LearnerNode(ProtocolNode):
                     self.get_logger().warning(f'the mentor {name!r} cannot join: {error}')
 
     def _leave_silent_mentors(self) -> None:
-        """Continue without mentors that were found, silent for a second, if none has a timeout."""
+        """Do not wait for found mentors that were silent for a second, without own timeouts."""
         waiting, before = self.machine.waiting, self._waiting_at_tick
         self._waiting_at_tick = waiting
         missing = self.machine.missing_mentors()
+        silent = [name for name in missing if not self._timeouts.has_own(name)]
         if waiting is None or waiting is not before or self.blocked \
-                or not missing or {*missing} & {*self._expected} \
-                or any(map(self._timeouts.has_own, missing)):
+                or not silent or {*missing} & {*self._expected}:
             return
-        self.respond((Ignored('no advice in time', f'the mentor {", ".join(missing)} does not '
+        self.respond((Ignored('no advice in time', f'the mentor {", ".join(silent)} does not '
                               'answer: continues without it until it does'),
-                      *self._with_maps(self.machine.continue_without_advice())))
+                      *self._with_maps(self.machine.leave(silent))))
 
     def reset(self, request: Any, response: Any) -> Any:
         """Serve `~/reset`: forget everything that was learned since the start."""

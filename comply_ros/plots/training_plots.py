@@ -28,6 +28,7 @@ from comply_ros.plots.mentor_marks import mentor_color, NO_NAME
 from comply_ros.plots.mentor_panels import trust_panels
 from comply_ros.plots.running_mean import running_mean, window_of
 from comply_ros.plots.state_plot import state_trust_figure
+from comply_ros.protocol.iteration_curve import IterationCurve
 from comply_ros.protocol.messages import Episode
 from comply_ros.world.mdp import World
 
@@ -91,7 +92,7 @@ def confidence_figure(curves: Curves, summary: Summary) -> Figure:
     figure, axes = _new_axes(summary, ROW * max(0, (len(curves) + 1) // 2 - 3))
     for m, (name, (iterations, confidences)) in enumerate(curves.items()):
         axes.plot(iterations, confidences, color=mentor_color(m), linewidth=1.8,
-                  marker='.' if len(iterations) == 1 else None,
+                  marker='.' if IterationCurve(iterations, confidences).has_lone_points else None,
                   label=name or (NO_NAME if len(curves) > 1 else 'mentor'))
     last = max((max(iterations, default=0) for iterations, _ in curves.values()), default=0)
     axes.set(xlabel=f'iteration ({summary["episodes"]} episodes each)',

@@ -42,6 +42,13 @@ class IterationCurve(NamedTuple):
         return IterationCurve(before.iterations + later.iterations, before.values + later.values)
 
     @property
+    def has_lone_points(self) -> bool:
+        """Whether a number has none beside it, so that no line shows it."""
+        known = [False, *(value == value for value in self.values), False]
+        return any(here and not (before or after)
+                   for before, here, after in zip(known, known[1:], known[2:]))
+
+    @property
     def is_known(self) -> bool:
         """Whether any of the numbers is one: nan stands for an iteration without."""
         return any(value == value for value in self.values)

@@ -101,8 +101,12 @@ class RunReports:
         That in the first mentor begins when it was the only one, before others joined.
         """
         own = self.of_mentor(name).curve
-        is_first = name == self.mentor_names()[0]
-        return self.overall_confidence.followed_by(own) if is_first else own
+        if name != self.mentor_names()[0]:
+            return own
+        joined = [each.curve.iterations[0] for each in self.mentors.values()
+                  if each.curve.iterations]
+        alone = self.overall_confidence
+        return (alone.before(min(joined)) if joined else alone).followed_by(own)
 
     def _change_mentor(self, name: str, **fields: Any) -> None:
         """Store what is known of a mentor now, if there can be one more of this name."""

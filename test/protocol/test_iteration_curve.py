@@ -3,6 +3,8 @@
 
 from math import nan
 
+import pytest
+
 from comply_ros.protocol.iteration_curve import IterationCurve, MAX_POINTS
 
 
@@ -32,6 +34,13 @@ def test_one_curve_goes_on_as_another():
     later = IterationCurve((3, 4), (0.5, 0.5))
     assert curve_of(1, 2, 3).followed_by(later) == IterationCurve((1, 2, 3, 4), (1, 2, 0.5, 0.5))
     assert curve_of(1, 2).followed_by(IterationCurve()) == curve_of(1, 2)
+
+
+@pytest.mark.parametrize('values, lone', [
+    ((), False), ((0.5,), True), ((0.5, 0.5), False), ((0.5, nan, 0.6, 0.7), True),
+    ((nan, 0.6, 0.7, nan), False), ((nan, 0.6, nan), True), ((nan,), False)])
+def test_a_number_without_one_beside_it_is_a_lone_point(values, lone):
+    assert IterationCurve(tuple(range(1, 1 + len(values))), values).has_lone_points is lone
 
 
 def test_a_curve_of_nothing_but_nan_is_not_known():

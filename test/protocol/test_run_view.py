@@ -257,6 +257,17 @@ def test_the_curve_of_the_first_mentor_begins_before_others_joined():
     assert reports.confidence_curve('bob') == IterationCurve((3,), (0.2,))
 
 
+def test_the_curve_of_one_that_gives_no_advice_any_more_ends_where_others_joined():
+    reports = RunReports()
+    for iteration in (1, 2):
+        reports.add('progress', progress(7, iteration))
+    reports.add('method', learner('', 'anna'))
+    for name in ('', 'anna'):  # of the iteration, and of anna alone
+        reports.add('progress', progress(7, 3)._replace(mentor=name, confidence=0.7))
+    assert reports.confidence_curve('') == IterationCurve((1, 2), (0.5, 0.5))
+    assert reports.confidence_curve('anna') == IterationCurve((3,), (0.7,))
+
+
 @pytest.mark.parametrize('mentors, policies, names', [
     (None, (), ('',)), (('',), ('',), ('',)), (('',), ('anna',), ('anna',)),
     (('bob', 'anna'), ('', 'anna', 'carl'), ('bob', 'anna', '', 'carl')),

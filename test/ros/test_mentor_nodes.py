@@ -2,6 +2,7 @@
 """A learner with several mentor nodes: named in advance, found while it runs, killed."""
 
 from contextlib import contextmanager
+import re
 import time
 
 from lesson_summaries import assert_equal_but_for_time, lesson_summary, trained_summary
@@ -97,6 +98,17 @@ def test_a_named_and_a_found_mentor_are_waited_for_for_their_own_times(tmp_path,
         assert 4.0 < seconds_of_silence(client, late['bob'], 4.0) < 10.0
         wait_until(log_has(own, 'no recommendation of bob came within 5.0 s'), 'reason')
         assert 0.8 < seconds_of_silence(client, mentors['anna'], 0.8) < 3.0
+
+
+def test_a_found_mentor_is_left_though_another_one_has_a_longer_timeout(tmp_path):
+    asks = (*ENDLESS, '-p', 'remembers_advice:=false', '-p', 'anna.advice_timeout:=600.0')
+    with school(tmp_path, asks, ['anna', 'bob']) as (own, mentors):
+        wait_until(lambda: all(re.search(f'takes the advice of .*{name}', own.log.read_text())
+                               for name in ('anna', 'bob')), 'both join')
+        for mentor in mentors.values():
+            mentor.kill()
+        wait_until(log_has(own, 'the mentor bob does not answer'), 'bob is left')
+        wait_until(log_has(own, 'is the mentor anna running?'), 'anna is waited for')
 
 
 def seconds_of_silence(client, mentor, least):

@@ -12,7 +12,12 @@ from waiting import wait_until
 
 from comply_ros.dashboard.dashboard_node import DashboardNode
 from comply_ros.dashboard.mentor_ownership import MentorSeat
-from comply_ros.dashboard.teaching_offer import joining_text, learner_mentors, teaching_offer
+from comply_ros.dashboard.teaching_offer import (
+    joining_text,
+    learner_mentors,
+    patience_text,
+    teaching_offer,
+)
 from comply_ros.mentor.several_mentors import MentorNameError, MOST_MENTORS
 from comply_ros.world.grid import NO_ACTION, RIGHT
 
@@ -127,6 +132,29 @@ def test_a_page_that_comes_before_the_learner_gets_the_name_that_this_waits_for(
         updated(node, seat, lambda: name_of(seat) == '', 'mentor without a name')
         with lesson(tmp_path, 'anna', expected=('anna', 'person')):
             updated(node, seat, lambda: name_of(seat) == 'person', 'its name')
+
+
+def test_a_page_stays_the_mentor_without_a_name_that_the_learner_waits_for(context, tmp_path):
+    with nodes(tmp_path / 'loop', grid_world=WORLD, learner=LEARNER), page() as (node, seat):
+        reports = lambda: node.page_state.run.reports  # noqa: E731
+        updated(node, seat, lambda: name_of(seat) == '' and reports().progress, 'an iteration')
+        with named_mentors(tmp_path, 'anna'):
+            updated(node, seat, lambda: 'anna' in learner_mentors(node.page_state), 'anna')
+            first = reports().progress.iteration
+            updated(node, seat, lambda: reports().progress.iteration > first + 3, 'iterations')
+            assert name_of(seat) == ''
+
+
+def test_the_page_knows_how_long_the_learner_waits_for_the_person(context, tmp_path):
+    with lesson(tmp_path, 'anna'), page() as (node, seat), ros_client() as client:
+        updated(node, seat, lambda: learner_mentors(node.page_state) == ('anna',), 'anna')
+        seat.take_over()
+        text = lambda: patience_text(node.page_state, 'person', 5.0)  # noqa: E731
+        updated(node, seat, lambda: 'person' in learner_mentors(node.page_state)
+                and 'not 5 s' in text(), 'a wait that is shorter than the patience')
+        for seconds, shown in ((30.0, '5'), (3.0, '3')):
+            assert client.set('learner', **{'person.advice_timeout': seconds}) == ''
+            updated(node, seat, lambda: text() == f'the robot waits {shown} s for a key', shown)
 
 
 def test_a_page_that_shall_teach_has_a_name_where_others_have_one(context, tmp_path):

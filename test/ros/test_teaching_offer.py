@@ -86,6 +86,7 @@ def test_a_person_reads_until_the_learner_takes_the_advice():
     (['person', 'anna'], {'advice_timeout': 2.0}, 5.0, '2'),
     (['person', 'anna'], {'advice_timeout': 2.0, 'person.advice_timeout': 3.5}, 5.0, '3.5'),
     (['anna'], {'person.advice_timeout': 30.0}, 5.0, '5'),
+    (['anna'], {'advice_timeout': 0.3}, 5.0, '0.3'),  # also of a mentor that was found
     (['anna'], {}, 1.0, '1')])
 def test_how_long_a_key_is_waited_for_depends_on_the_learner(mentors, timeouts, patience, seconds):
     state = learner_with(mentors=mentors, **timeouts)

@@ -55,6 +55,41 @@ def test_a_mentor_that_joins_is_unknown_and_the_others_stay_known():
     assert agent.earlier_advice.tolist() == 9 * [SILENT]
 
 
+def test_a_mentor_joins_a_learner_with_a_model_and_no_advice_of_it_is_judged():
+    agent = make_agent(('anna',), learns_model=True, trust='track_record')
+    for _ in range(3):
+        play_episode(agent, (RIGHT,), (RIGHT,))
+    agent.state.verdicts[1] = 1
+    before = agent.state.verdicts.tolist()
+    agent.add_mentor('bob')
+    assert agent.state.verdicts.tolist() == before + len(before) * [0]
+    play_episode(agent, (RIGHT, LEFT), (RIGHT, RIGHT))
+    assert agent.state.advised[[0, len(before), 1]].tolist() == [RIGHT, LEFT, RIGHT]
+
+
+def test_with_another_kind_of_trust_no_advice_is_judged():
+    agent = make_agent(('anna',), learns_model=True, trust='track_record')
+    agent.state.verdicts[:2], agent.state.advice_seen[0] = (1, -1), 6.0
+    for trust, seen in (('none', 1.0), ('track_record', 4.0)):
+        agent.reconfigure(replace(agent.config, trust=trust), 9 * [SILENT])
+        assert not agent.state.verdicts.any()
+        assert agent.state.advice_seen[0] == seen
+
+
+def test_whole_episodes_without_a_reward_count_against_who_advised_in_them():
+    agent = make_agent(('anna', 'bob'), learns_model=True, trust='track_record')
+    advice, silence = (RIGHT, SILENT), (SILENT, SILENT)
+    agent.step(0, 0, 0.0, False, False, advice)
+    agent.step(1, 1, 0.0, False, False, advice)  # interrupted: the next one is a start
+    for _ in range(2):
+        agent.step(0, 0, 0.0, False, False, advice)
+        agent.step(1, 1, 0.0, False, True, advice)
+    assert agent.state.advice_seen.tolist() == [6.0, 4.0]
+    agent.step(0, 0, 0.0, False, False, advice)
+    agent.step(2, 1, 10.0, True, False, silence)
+    assert agent.state.advice_seen.tolist() == [6.0, 4.0]
+
+
 @pytest.mark.parametrize('name', ['constant', 'vanishing', 'beta_implicit', 'explicit_lambda',
                                   'head_start', 'jump_start', 'pi_reuse'])
 def test_one_who_joins_changes_what_one_changes_who_was_silent_until_then(name):

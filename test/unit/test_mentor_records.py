@@ -84,15 +84,15 @@ def test_each_state_counts_once_by_the_newest_verdict(as_run):
     assert hear(as_run, bench, RIGHT, s=7) == (2.0, 2.0)
 
 
-def test_before_any_reward_each_episode_speaks_against_who_advised_in_it(as_run):
+def test_before_any_reward_an_episode_speaks_against_who_advised_in_it(as_run):
     bench = mentored()
     bench.state.pooled[SCALE] = 0.0
     tried(bench, 0.0, 0.003, 0.0, 0.0)  # by the cost of time alone
     assert hear(as_run, bench, LEFT) == (1.0, 1.0)
-    for seen in (1.0, 2.0, 3.0):
+    for states, seen in (((), 1.0), ((3, 7), 1.0), ((4, 7), 2.0), ((3, 4), 3.0)):
+        bench.state.trail[:1 + len(states)] = len(states), *(4 * s + RIGHT for s in states)
         as_run(count_fruitless_episode)(bench.kernel_config, bench.state)
         assert bench.state.advice_seen[0] == seen
-        bench.state.trail[:2] = 1, 4 * 4 + RIGHT  # it was in state 4
     bench.state.pooled[SCALE] = 10.0
     as_run(count_fruitless_episode)(bench.kernel_config, bench.state)
     assert bench.state.advice_seen[0] == 3.0

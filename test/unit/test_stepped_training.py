@@ -12,6 +12,7 @@ import pytest
 import comply_ros
 from comply_ros.experiments import train
 from comply_ros.experiments.stepped_training import SteppedTraining, training_in
+from comply_ros.learner.learner_state import FIRST_RECORD, SCALE
 from comply_ros.learner.mentor_factory import make_policy
 from comply_ros.learner.presets import find_method, METHODS
 from comply_ros.learner.training import Training
@@ -64,6 +65,21 @@ def test_a_plain_loop_with_several_mentors_gives_the_bits_of_the_compiled_one(na
     compiled, stepped = ([repr(each.iterate()) for _ in range(5)] for each in trainings)
     assert stepped == compiled
     assert trainings[1].state.digest() == trainings[0].state.digest()
+
+
+@pytest.mark.long
+def test_episodes_without_a_reward_count_alike_in_both():
+    world = World(read_map('frozen_lake', 'published'))
+    config = replace(find_method('model_based', 'published'), episodes=4)
+    advice = make_policy(parse_mentor_spec('adversarial'), world, 0)
+    mentor, other = (AdviceBudget(world, advice) for _ in range(2))
+    trainings = (Training(world, mentor, config, 3),
+                 SteppedTraining(world, ModelMoves(world, 3), other, config, 3))
+    for each in trainings:
+        each.iterate()
+    compiled, stepped = (each.state for each in trainings)
+    assert stepped.digest() == compiled.digest()
+    assert compiled.advice_seen[0] >= FIRST_RECORD + 4.0 and compiled.pooled[SCALE] == 0.0
 
 
 @pytest.mark.parametrize('when', ['early', 'important', 'mistakes'])
