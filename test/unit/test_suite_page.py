@@ -61,7 +61,9 @@ def test_a_row_has_the_regrets_and_marks_what_breaks_a_rule():
 
 
 def test_the_maps_that_were_held_out_are_named():
-    assert 'but `cliff_walking` and `windy` (`free_grid`), and `garnet:10`' in page()
+    text = page()
+    assert 'in alphabetical order (`free_grid`), and `garnet:10` to `garnet:19`, but for' in text
+    assert '`cliff_walking`, ' in text and '`windy` and `garnet:15`' in text
     assert '](figures/suite.png)' in page()
 
 
