@@ -56,10 +56,12 @@ def test_it_ends_by_itself_when_the_learner_has_finished(tmp_path, more):
 
 def test_a_misspelt_argument_is_named_and_one_of_another_launch_file_is_not(tmp_path):
     done = launched('mentr:=none', 'robot_name:=r2', 'anna.advice_timeout:=9', 'map:=bar_grid',
-                    'mentor:=optimal', 'iterations:=1', folder=tmp_path)
+                    'bob.advice_timeot:=9', 'mentor:=optimal', 'iterations:=1', folder=tmp_path)
     log = done.stdout + done.stderr
+    assert "'bob.advice_timeot' is unknown and has no effect; did you mean " \
+        "'bob.advice_timeout'?" in log
     assert "argument 'mentr' is unknown and has no effect; did you mean 'mentor'?" in log
-    assert log.count('is unknown') == 1
+    assert log.count('is unknown') == 2
     assert done.returncode == 0, log
 
 
@@ -139,3 +141,9 @@ def test_robots_and_mentors_that_cannot_be_fail_the_launch_in_one_sentence(
     done = launched(*arguments, folder=tmp_path)
     assert sentence in done.stdout + done.stderr
     assert done.returncode == 1
+
+
+def test_the_person_on_the_page_has_a_name_beside_mentors_that_have_one(tmp_path):
+    done = launched('map:=bar_grid', 'mentors:=person=optimal anna=random', 'iterations:=20',
+                    'rate:=400.0', 'dashboard:=true', 'teach:=true', folder=tmp_path)
+    assert '[learner]: takes the advice of person_2 too' in done.stdout, done.stdout + done.stderr
