@@ -11,7 +11,7 @@ DEFAULTS = {'iterations': '100', 'out': 'runs/demo'}
 
 def demo_parser() -> argparse.ArgumentParser:
     """Return a parser of the options of the demo without `--teach`, which its help mentions."""
-    parser = lesson_parser('demo', 'Three nodes learn the maze; two pictures show the result.',
+    parser = lesson_parser('demo', 'Three nodes learn the maze; three pictures show the result.',
                            **DEFAULTS)
     parser.add_argument(TEACH, action='store_true',
                         help='be the mentor yourself, on a page in the browser; it has other '

@@ -62,7 +62,7 @@ def sum_up(s: int, config: KernelConfig,
 
 @kernel
 def store_sample_squares(s: int, config: KernelConfig, state: LearnerState) -> None:
-    """Change sample_squares[s], from what `sum_up` has left and rewards of one outcome differ."""
+    """Change sample_squares[s]: from what `sum_up` left, and how rewards of an outcome differ."""
     workspace = state.workspace
     for a in range(count_actions(config.actions)):
         n, total = workspace[a, SAMPLES], workspace[a, VALUE_SUM]

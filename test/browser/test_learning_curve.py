@@ -1,19 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The learning curve, and its chart on the page."""
 
+from iteration_curves import curve_of
 import pytest
 
 from comply_ros.dashboard.curve_panel import bounds, chart_options
 from comply_ros.plots.running_mean import running_mean
 from comply_ros.protocol.iteration_curve import IterationCurve
-
-
-def curve_of(*iterations):
-    """Return a curve after these iterations."""
-    curve = IterationCurve()
-    for iteration in iterations:
-        curve = curve.extended(iteration, float(iteration))
-    return curve
 
 
 def test_expected_returns_are_lines_where_they_are_known():

@@ -3,17 +3,10 @@
 
 from math import nan
 
+from iteration_curves import curve_of
 import pytest
 
 from comply_ros.protocol.iteration_curve import IterationCurve, MAX_POINTS
-
-
-def curve_of(*iterations):
-    """Return a curve after these iterations, with their numbers as values."""
-    curve = IterationCurve()
-    for iteration in iterations:
-        curve = curve.extended(iteration, float(iteration))
-    return curve
 
 
 def test_an_iteration_that_is_reported_again_replaces_those_from_it_on():
